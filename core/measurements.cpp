@@ -1,0 +1,23 @@
+#include "core/measurements.hpp"
+
+namespace kawara::core {
+
+const char* ToString(RtkState s) {
+  switch (s) {
+    case RtkState::kNone:
+      return "none";
+    case RtkState::kAutonomous:
+      return "autonomous";
+    case RtkState::kCodeDifferential:
+      return "dgps";
+    case RtkState::kFloat:
+      return "float";
+    case RtkState::kFixed:
+      return "fixed";
+    case RtkState::kDeadReckoning:
+      return "dead-reckoning";
+  }
+  return "none";
+}
+
+}  // namespace kawara::core
