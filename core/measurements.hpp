@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/geodesy.hpp"
+#include "core/memcpy_safe.hpp"
 #include "core/time.hpp"
 
 /// The plain measurements that drivers hand out and everything else takes in. Trivially copyable apart from
@@ -71,5 +72,12 @@ struct Pose {
   double gnss_age_s = 0.0;  ///< time since the last fix used
   bool valid = false;
 };
+
+template <>
+inline constexpr bool kMemcpySafe<GnssFix> = true;
+template <>
+inline constexpr bool kMemcpySafe<AhrsSample> = true;
+template <>
+inline constexpr bool kMemcpySafe<Pose> = true;
 
 }  // namespace kawara::core
