@@ -1,0 +1,71 @@
+#pragma once
+#include "core/expected.hpp"
+#include "vision/camera_model.hpp"
+
+namespace kawara::vision {
+
+/// What the calibration of an omnidirectional mirror camera says about its ring-shaped picture.
+/// Source: Meguro et al., section 4B, Fig. 7 and eqs. (1)-(3).
+struct DoughnutParameters {
+  int width_px = 1024;
+  int height_px = 1024;
+  double center_u_px = 511.5;  ///< principal point: where the mirror's axis pierces the picture
+  double center_v_px = 511.5;
+  double l_in_px = 120.0;     ///< innermost circle of the ring, radius from the principal point
+  double l_base_px = 262.5;   ///< base circle: the horizon, elevation zero
+  double l_out_px = 500.0;    ///< outermost circle
+  double phi_top_deg = 30.0;  ///< elevation on the INNER circle, as eq. (2) is written
+  double phi_bottom_deg =
+      -50.0;  ///< elevation on the OUTER circle. Swap the two for a mirror seen from below.
+  double forward_deg = 0.0;  ///< image angle atan2(v, u) at which the camera's forward axis appears
+  /// Handedness. false: going clockwise in the picture goes clockwise on the ground seen from above
+  /// (a camera that looks down, or whose driver has already flipped the picture). true: the picture
+  /// is a mirror image, as a camera looking up into a mirror makes it. Wrong here means every sign
+  /// in the panorama reads backwards.
+  bool mirrored = false;
+  double v_scale = 1.0;  ///< pixel aspect: rows per column of the same length on the sensor
+
+  /// The same optics seen in a picture reduced to width x height (JPEG's scaled decoding).
+  DoughnutParameters Resized(int new_width_px, int new_height_px) const;
+
+  template <class V>
+  void Visit(V& v) {
+    v("width_px", width_px);
+    v("height_px", height_px);
+    v("center_u_px", center_u_px);
+    v("center_v_px", center_v_px);
+    v("l_in_px", l_in_px);
+    v("l_base_px", l_base_px);
+    v("l_out_px", l_out_px);
+    v("phi_top_deg", phi_top_deg);
+    v("phi_bottom_deg", phi_bottom_deg);
+    v("forward_deg", forward_deg);
+    v("mirrored", mirrored);
+    v("v_scale", v_scale);
+  }
+};
+
+/// The paper's ODV model: elevation falls linearly with the radius,
+///   phi = (phi_top - phi_bottom) / (L_out - L_in) * (L_base - r),   theta = atan2(v, u).
+/// Field of view: L_in <= r <= L_out. A ray along the axis (X) is outside unless L_in is zero.
+class DoughnutCamera final : public CameraModel {
+ public:
+  /// kInvalidArgument: sizes or radii out of order, L_base that contradicts phi_top and phi_bottom
+  /// by more than a degree (the five numbers hold one too many, which catches a mistyped one).
+  static core::Expected<DoughnutCamera> Create(const DoughnutParameters& parameters);
+
+  const DoughnutParameters& parameters() const { return p_; }
+  int width_px() const override { return p_.width_px; }
+  int height_px() const override { return p_.height_px; }
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& ray_camera) const override;
+  std::optional<Eigen::Vector3d> Unproject(const Eigen::Vector2d& pixel_px) const override;
+  ElevationRange Elevations() const override;
+
+ private:
+  explicit DoughnutCamera(const DoughnutParameters& parameters);
+  DoughnutParameters p_;
+  double rad_per_px_;  ///< the fraction of eq. (2); negative when the inner circle is the lower one
+  double cos_forward_, sin_forward_;
+};
+
+}  // namespace kawara::vision

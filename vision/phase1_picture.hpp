@@ -1,0 +1,92 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/expected.hpp"
+#include "vision/doughnut_camera.hpp"
+#include "vision/jpeg.hpp"
+#include "vision/panorama.hpp"
+
+namespace kawara::vision {
+
+/// How the 1st update's pictures are made. Lines of the onboard configuration.
+struct Phase1PictureConfig {
+  /// "doughnut": a mirror camera's ring, unwrapped. "equirectangular": a stitched 360 camera,
+  /// passed through.
+  std::string camera = "doughnut";
+  DoughnutParameters doughnut;  ///< used with camera = doughnut
+  PanoramaConfig
+      panorama;  ///< used with camera = doughnut; mount also says how a 360 camera stands
+  int quality = 85;
+  bool progressive = false;
+  /// Pass-through: 0 sends the camera's own bytes; otherwise wider pictures are reduced to this and
+  /// re-encoded.
+  int max_width_px = 0;
+  int preview_width_px = 512;
+  int preview_quality = 50;
+
+  template <class V>
+  void Visit(V& v) {
+    v("camera", camera);
+    v("doughnut", doughnut);
+    v("panorama", panorama);
+    v("quality", quality);
+    v("progressive", progressive);
+    v("max_width_px", max_width_px);
+    v("preview_width_px", preview_width_px);
+    v("preview_quality", preview_quality);
+  }
+};
+
+/// One exposure as the camera gave it (drivers::Frame without the driver).
+struct SourceFrame {
+  enum class Format { kJpeg, kRgb8 };
+  Format format = Format::kJpeg;
+  int width_px = 0;  ///< kRgb8 only
+  int height_px = 0;
+  std::span<const std::uint8_t> bytes;
+};
+
+/// A picture ready but for its metadata (InsertPanoramaMetadata, once the pose is known).
+struct EncodedPicture {
+  std::span<const std::uint8_t> jpeg;  ///< lives until the next call of the same method
+  PanoramaGeometry geometry;
+  /// The camera's own bytes when its EXIF and XMP should be carried over; empty for an unwrapped
+  /// doughnut.
+  std::span<const std::uint8_t> original;
+};
+
+/// The picture job of the 1st update: for one frame first Preview, then Full. Needs no pose (except
+/// levelling), so it can start while the pose is still being computed. Buffers are allocated by the
+/// first frame and kept. Pure function of configuration and frame (and attitude): the same bytes
+/// in, the same bytes out. One thread at a time.
+class Phase1Picture {
+ public:
+  /// kInvalidArgument names the key that is wrong.
+  static core::Expected<Phase1Picture> Create(const Phase1PictureConfig& config);
+  ~Phase1Picture();
+  Phase1Picture(Phase1Picture&&) noexcept;
+  Phase1Picture& operator=(Phase1Picture&&) noexcept;
+
+  /// Small picture, from a reduced decode of the frame. kFormat: the frame is damaged or not of the
+  /// camera's size.
+  core::Expected<EncodedPicture> Preview(const SourceFrame& frame);
+  /// Full picture. Errors as above.
+  core::Expected<EncodedPicture> Full(const SourceFrame& frame);
+
+  /// Attitude for `panorama.level` and `north_up`; call before Preview and Full of a frame.
+  /// Otherwise no effect.
+  core::Expected<void> SetAttitude(const core::Attitude& body);
+  /// The attitude to write into the metadata of pictures of a body that stands as `body`.
+  core::Attitude PictureAttitude(const core::Attitude& body) const;
+
+ private:
+  struct Impl;
+  explicit Phase1Picture(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kawara::vision
