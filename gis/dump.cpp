@@ -73,7 +73,8 @@ std::string GeometryText(const OGRGeometry* geometry) {
 }
 
 /// " file=1234 bytes, crc32 0badcafe"; counts what is wrong.
-std::string FileText(const std::filesystem::path& path, const std::string& expected_crc, int& wrong) {
+std::string FileText(const std::filesystem::path& path, const std::string& expected_crc,
+                     int& wrong) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
     ++wrong;
@@ -112,30 +113,31 @@ core::Expected<void> DumpStore(const std::string& target, const std::filesystem:
   int wrong = 0;
   for (const LayerSchema& schema : Schema()) {
     std::vector<Line> lines;
-    auto read = dataset->ForEach(std::string("SELECT * FROM ") + schema.name, [&](const OGRFeature& f) {
-      Line line;
-      line.text = schema.name;
-      const auto at = [&f](const char* name) { return f.GetFieldIndex(name); };
-      for (const Field& field : schema.fields) {
-        const int i = at(field.name);
-        const std::string value = i < 0 ? "?" : ValueText(f, i);
-        line.text += std::string("\t") + field.name + "=" + value;
-        if (i >= 0 && std::string(field.name) == schema.order_key)
-          line.order = f.GetFieldAsInteger64(i);
-      }
-      if (at("robot") >= 0) line.robot = f.GetFieldAsString(at("robot"));
-      if (at("mission") >= 0) line.mission = f.GetFieldAsString(at("mission"));
-      if (schema.geometry != GeometryKind::kNone)
-        line.text += "\tgeom=" + GeometryText(f.GetGeometryRef());
-      if (at("uri") >= 0) {
-        line.text += "\tfile=" + FileText(home / f.GetFieldAsString(at("uri")),
-                                          f.GetFieldAsString(at("crc32")), wrong);
-        if (f.IsFieldSetAndNotNull(at("preview_uri")))
-          line.text +=
-              "\tpreview_file=" + FileText(home / f.GetFieldAsString(at("preview_uri")), "", wrong);
-      }
-      lines.push_back(std::move(line));
-    });
+    auto read =
+        dataset->ForEach(std::string("SELECT * FROM ") + schema.name, [&](const OGRFeature& f) {
+          Line line;
+          line.text = schema.name;
+          const auto at = [&f](const char* name) { return f.GetFieldIndex(name); };
+          for (const Field& field : schema.fields) {
+            const int i = at(field.name);
+            const std::string value = i < 0 ? "?" : ValueText(f, i);
+            line.text += std::string("\t") + field.name + "=" + value;
+            if (i >= 0 && std::string(field.name) == schema.order_key)
+              line.order = f.GetFieldAsInteger64(i);
+          }
+          if (at("robot") >= 0) line.robot = f.GetFieldAsString(at("robot"));
+          if (at("mission") >= 0) line.mission = f.GetFieldAsString(at("mission"));
+          if (schema.geometry != GeometryKind::kNone)
+            line.text += "\tgeom=" + GeometryText(f.GetGeometryRef());
+          if (at("uri") >= 0) {
+            line.text += "\tfile=" + FileText(home / f.GetFieldAsString(at("uri")),
+                                              f.GetFieldAsString(at("crc32")), wrong);
+            if (f.IsFieldSetAndNotNull(at("preview_uri")))
+              line.text += "\tpreview_file=" +
+                           FileText(home / f.GetFieldAsString(at("preview_uri")), "", wrong);
+          }
+          lines.push_back(std::move(line));
+        });
     if (!read) return read;
     std::sort(lines.begin(), lines.end());
     out << "# " << schema.name << ": " << lines.size() << " rows\n";

@@ -24,8 +24,9 @@ class GdalErrorCatcher {
   bool failed_ = false;
 };
 
-/// Turns what SQLite, libpq or the file system said through GDAL into the code a caller can act on, and adds the
-/// way to mend it: "obs.gpkg: commit: database is locked (another program is writing to it; trying again)".
+/// Turns what SQLite, libpq or the file system said through GDAL into the code a caller can act on,
+/// and adds the way to mend it: "obs.gpkg: commit: database is locked (another program is writing
+/// to it; trying again)".
 core::Error ErrorFromGdal(const std::string& target, const std::string& doing,
                           const std::string& gdal_message);
 

@@ -82,8 +82,8 @@ core::Expected<OgrDataset> OgrDataset::Open(const std::string& target, bool read
                          static_cast<unsigned>(read_only ? GDAL_OF_READONLY : GDAL_OF_UPDATE);
   GDALDataset* raw = GDALDataset::Open(target.c_str(), flags, drivers, nullptr, nullptr);
   if (raw == nullptr) {
-    const std::string said = errors.message().empty() ? "not recognized as a supported file format"
-                                                      : errors.message();
+    const std::string said =
+        errors.message().empty() ? "not recognized as a supported file format" : errors.message();
     return tl::unexpected(ErrorFromGdal(WithoutPassword(target), "open", said));
   }
   OgrDataset dataset(raw, target);

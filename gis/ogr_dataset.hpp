@@ -14,10 +14,10 @@ class OGRLayer;
 
 namespace kawara::gis {
 
-/// Thin owner of one GDAL vector dataset: every failure of GDAL comes back as one line, none is printed. Inside
-/// gis/ only. GeoPackages run in WAL mode with synchronous FULL (a returned Commit is on the disk; readers such as
-/// QGIS do not block us, nor we them); PostGIS commits as its server is set up (durable by default).
-/// One thread only.
+/// Thin owner of one GDAL vector dataset: every failure of GDAL comes back as one line, none is
+/// printed. Inside gis/ only. GeoPackages run in WAL mode with synchronous FULL (a returned Commit
+/// is on the disk; readers such as QGIS do not block us, nor we them); PostGIS commits as its
+/// server is set up (durable by default). One thread only.
 class OgrDataset {
  public:
   /// "PG:..." is PostGIS, anything else a GeoPackage file.
@@ -47,8 +47,8 @@ class OgrDataset {
                                const std::function<void(const OGRFeature&)>& row);
   /// Creates the feature, or overwrites the one with its FID if it has one.
   core::Expected<void> Write(OGRLayer& layer, OGRFeature& feature);
-  /// Brings extent and change stamp (the newest `time_column`) of a layer in the GeoPackage's table of contents up
-  /// to date; nothing to do in PostGIS.
+  /// Brings extent and change stamp (the newest `time_column`) of a layer in the GeoPackage's table
+  /// of contents up to date; nothing to do in PostGIS.
   core::Expected<void> Sync(OGRLayer& layer, const std::string& time_column);
 
  private:

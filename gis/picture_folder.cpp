@@ -16,8 +16,7 @@ tl::unexpected<core::Error> Errno(const std::string& doing, const std::filesyste
   core::Error error = core::ErrnoError(doing + " " + path.string(), number);
   if (number == EFBIG) error.code = core::ErrorCode::kFull;  // a file size limit is a full disk
   if (error.code == core::ErrorCode::kFull) error.message += " (free some space)";
-  if (error.code == core::ErrorCode::kPermission)
-    error.message += " (the folder must be writable)";
+  if (error.code == core::ErrorCode::kPermission) error.message += " (the folder must be writable)";
   return tl::unexpected(std::move(error));
 }
 
@@ -108,8 +107,8 @@ core::Expected<void> PictureFolder::Stage(const std::string& relative,
   const std::filesystem::path parent = staged.final.parent_path();
   if (auto made = Prepare(parent); !made) return made;
   staged.temporary = parent / ("." + staged.final.filename().string() + ".tmp");
-  staged.fd = ::open(staged.temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW,
-                     0666);
+  staged.fd =
+      ::open(staged.temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
   if (staged.fd < 0) return Errno("create", staged.temporary);
   staged_.push_back(staged);
   if (!WriteAll(staged.fd, bytes)) return Errno("write", staged.temporary);

@@ -10,10 +10,10 @@
 
 namespace kawara::gis {
 
-/// JPEG files that are either whole and durable under their name, or not there. A batch: Stage() writes each
-/// picture to a hidden temporary file in its folder, Commit() makes all of them durable (fsync of each file, rename,
-/// fsync of each folder), Abort() takes the staged ones away again. A row that names a picture is committed
-/// after Commit() has returned. One thread only.
+/// JPEG files that are either whole and durable under their name, or not there. A batch: Stage()
+/// writes each picture to a hidden temporary file in its folder, Commit() makes all of them durable
+/// (fsync of each file, rename, fsync of each folder), Abort() takes the staged ones away again. A
+/// row that names a picture is committed after Commit() has returned. One thread only.
 class PictureFolder {
  public:
   /// Creates the folder (durably) and removes temporary files that a killed writer left.
@@ -22,7 +22,8 @@ class PictureFolder {
   PictureFolder& operator=(PictureFolder&& other) noexcept;
   ~PictureFolder();  ///< Abort()
 
-  /// `relative`: "robot/mission/000001.jpg"; folders on the way are made. Errors: kFull, kPermission, kIo.
+  /// `relative`: "robot/mission/000001.jpg"; folders on the way are made. Errors: kFull,
+  /// kPermission, kIo.
   core::Expected<void> Stage(const std::string& relative, std::span<const std::uint8_t> bytes);
   core::Expected<void> Commit();
   void Abort();

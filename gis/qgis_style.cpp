@@ -74,7 +74,8 @@ std::string Categorized(const char* attribute, const std::vector<Symbol>& symbol
 }
 
 std::string Single(const Symbol& symbol) {
-  return std::string("<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\"><symbols><symbol type=\"") +
+  return std::string(
+             "<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\"><symbols><symbol type=\"") +
          symbol.type + "\" name=\"0\" alpha=\"1\" clip_to_extent=\"1\">" + symbol.layer +
          "</symbol></symbols></renderer-v2>";
 }
@@ -98,7 +99,8 @@ std::string PanoramaRenderer() {
 
 /// Hovering over a picture's point shows the picture.
 constexpr const char* kPanoramaTip =
-    "<mapTip>&lt;img width=\"640\" src=\"file://[% regexp_replace(layer_property(@layer_id, 'source'), "
+    "<mapTip>&lt;img width=\"640\" src=\"file://[% regexp_replace(layer_property(@layer_id, "
+    "'source'), "
     "'[^/]*$', '') || &quot;uri&quot; %]\"/>&lt;br/>[% &quot;robot&quot; %] [% &quot;epoch&quot; "
     "%]</mapTip>";
 
@@ -112,7 +114,8 @@ std::string QmlStyle(const std::string& layer) {
       "\" startField=\"t_begin\" endField=\"" + (event ? "" : "t_end") +
       "\" limitMode=\"0\" accumulate=\"0\" durationField=\"\" durationUnit=\"s\" fixedDuration=\"" +
       (event ? "1" : "0") +
-      "\" startExpression=\"\" endExpression=\"\"><fixedRange><start></start><end></end></fixedRange>"
+      "\" startExpression=\"\" "
+      "endExpression=\"\"><fixedRange><start></start><end></end></fixedRange>"
       "</temporal>";
   std::string body;
   if (layer == kObsPose) body = PoseRenderer();

@@ -71,8 +71,8 @@ std::size_t CleanCharacter(std::string_view text) {
     code = code << 6 | (byte(i) & 0x3fU);
   }
   constexpr std::array<unsigned, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
-  if (code < kLeast[length] || code > 0x10ffff) return 0;  // overlong, beyond Unicode
-  if (code >= 0xd800 && code <= 0xdfff) return 0;          // surrogates
+  if (code < kLeast[length] || code > 0x10ffff) return 0;         // overlong, beyond Unicode
+  if (code >= 0xd800 && code <= 0xdfff) return 0;                 // surrogates
   if (code < 0xa0 || code == 0x2028 || code == 0x2029) return 0;  // C1 controls, line separators
   return length;
 }

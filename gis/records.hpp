@@ -8,11 +8,13 @@
 #include "core/measurements.hpp"
 #include "core/time.hpp"
 
-/// What the spatial temporal store takes in: plain rows, already in the units of the files (degrees, metres).
-/// A figure nobody knows is NaN and becomes NULL in the store. Every row names its robot and its mission.
+/// What the spatial temporal store takes in: plain rows, already in the units of the files
+/// (degrees, metres). A figure nobody knows is NaN and becomes NULL in the store. Every row names
+/// its robot and its mission.
 namespace kawara::gis {
 
-/// Where the reference point was and how it stood, with its accuracy. WGS 84, ellipsoidal height, true heading.
+/// Where the reference point was and how it stood, with its accuracy. WGS 84, ellipsoidal height,
+/// true heading.
 struct PoseFields {
   core::GpsTime time;  ///< instant of validity: the beginning of the row's existence
   double lat_deg = 0.0;
@@ -33,7 +35,8 @@ struct PoseRecord {
   std::string robot;
   std::string mission;
   PoseFields pose;
-  bool at_exposure = false;  ///< the pose of a picture; wins over a periodic one of the same instant
+  bool at_exposure =
+      false;  ///< the pose of a picture; wins over a periodic one of the same instant
 };
 
 enum class PictureStage : std::uint8_t { kPreview = 0, kFull = 1 };

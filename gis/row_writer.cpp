@@ -30,14 +30,13 @@ core::Expected<core::GpsTime> RowWriter::Insert(const char* layer, const std::st
   const std::string table = layer;
   const std::string same_robot = " WHERE robot = " + SqlText(robot) + " AND gps_ns ";
   const std::string now = std::to_string(t.ns());
-  if (auto closed = dataset_.Execute("UPDATE " + table + " SET t_end = " +
-                                     SqlText(IsoUtc(UtcOf(t))) + same_robot +
-                                     "= (SELECT max(gps_ns) FROM " + table + same_robot + "< " +
-                                     now + ")");
+  if (auto closed = dataset_.Execute(
+          "UPDATE " + table + " SET t_end = " + SqlText(IsoUtc(UtcOf(t))) + same_robot +
+          "= (SELECT max(gps_ns) FROM " + table + same_robot + "< " + now + ")");
       !closed)
     return tl::unexpected(closed.error());
-  const auto next = dataset_.QueryInteger("SELECT min(gps_ns) AS n FROM " + table + same_robot +
-                                          "> " + now);
+  const auto next =
+      dataset_.QueryInteger("SELECT min(gps_ns) AS n FROM " + table + same_robot + "> " + now);
   if (!next) return tl::unexpected(next.error());
   return core::GpsTime::FromNs(next->value_or(0));
 }
@@ -45,14 +44,13 @@ core::Expected<core::GpsTime> RowWriter::Insert(const char* layer, const std::st
 core::Expected<void> RowWriter::Apply(const PoseRecord& r) {
   std::optional<std::int64_t> fid;
   bool at_exposure = false;
-  auto found = dataset_.ForEach(
-      "SELECT fid + 0 AS n, source FROM obs_pose WHERE robot = " + SqlText(r.robot) +
-          " AND mission = " + SqlText(r.mission) +
-          " AND gps_ns = " + std::to_string(r.pose.time.ns()),
-      [&](const OGRFeature& row) {
-        fid = row.GetFieldAsInteger64(0);
-        at_exposure = std::string(row.GetFieldAsString(1)) == "exposure";
-      });
+  auto found = dataset_.ForEach("SELECT fid + 0 AS n, source FROM obs_pose WHERE robot = " +
+                                    SqlText(r.robot) + " AND mission = " + SqlText(r.mission) +
+                                    " AND gps_ns = " + std::to_string(r.pose.time.ns()),
+                                [&](const OGRFeature& row) {
+                                  fid = row.GetFieldAsInteger64(0);
+                                  at_exposure = std::string(row.GetFieldAsString(1)) == "exposure";
+                                });
   if (!found) return found;
   if (fid && (at_exposure || !r.at_exposure)) {
     ++stats_.duplicates;
@@ -114,7 +112,8 @@ core::Expected<void> RowWriter::Replace(const PanoramaRecord& r, std::int64_t fi
   OGRLayer* layer = dataset_.Layer(kObsPanorama);
   if (layer == nullptr) return NoLayer(kObsPanorama);
   const OGRFeatureUniquePtr feature{layer->GetFeature(fid)};
-  if (!feature) return core::Fail(core::ErrorCode::kIo, "a row of obs_panorama cannot be read back");
+  if (!feature)
+    return core::Fail(core::ErrorCode::kIo, "a row of obs_panorama cannot be read back");
   const std::string uri = uri_prefix_ + PicturePath(r);
   if (has_full) {  // the preview came last
     feature->SetField("preview_uri", uri.c_str());
@@ -145,9 +144,8 @@ core::Expected<void> RowWriter::Apply(const EventRecord& r) {
 
 core::Expected<void> RowWriter::Finish(bool all_tracks) {
   if (auto written = tracks_.Write(dataset_, all_tracks); !written) return written;
-  const std::array<std::pair<bool, const char*>, 3> touched{{{touched_pose_, kObsPose},
-                                                             {touched_panorama_, kObsPanorama},
-                                                             {touched_event_, kEventLog}}};
+  const std::array<std::pair<bool, const char*>, 3> touched{
+      {{touched_pose_, kObsPose}, {touched_panorama_, kObsPanorama}, {touched_event_, kEventLog}}};
   for (const auto& [yes, name] : touched) {
     if (!yes) continue;
     OGRLayer* layer = dataset_.Layer(name);

@@ -8,8 +8,9 @@
 
 class OGRFeature;
 
-/// Records to OGR features. Real numbers are rounded to fixed decimals far below their accuracy (1e-10 deg, 0.1 mm,
-/// 1e-6 deg), so that every database and text format gives back the same figure. Inside gis/ only.
+/// Records to OGR features. Real numbers are rounded to fixed decimals far below their accuracy
+/// (1e-10 deg, 0.1 mm, 1e-6 deg), so that every database and text format gives back the same
+/// figure. Inside gis/ only.
 namespace kawara::gis {
 
 struct TrackVertex {

@@ -142,7 +142,8 @@ core::Expected<void> SpatioTemporalStore::Impl::Flush(bool all_tracks) {
 core::Expected<void> SpatioTemporalStore::Impl::Close() {
   auto flushed = Flush(true);
   if (flushed && dataset_ && !dataset_->is_postgis()) {
-    // One file to carry away. Refused while a reader has it open: then -wal and -shm stay, nothing is lost.
+    // One file to carry away. Refused while a reader has it open: then -wal and -shm stay, nothing
+    // is lost.
     static_cast<void>(dataset_->Execute("PRAGMA journal_mode = DELETE"));
   }
   if (flushed) Disconnect();

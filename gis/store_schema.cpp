@@ -32,9 +32,8 @@ constexpr auto kStyleFields = std::to_array<Field>({
     {"ui", FieldType::kText, false},
     {"update_time", FieldType::kTime, false},
 });
-constexpr LayerSchema kStyles{kStyleTable,  "QGIS layer styles", GeometryKind::kNone,
-                              kStyleFields, "id",                "",
-                              "",           "id"};
+constexpr LayerSchema kStyles{
+    kStyleTable, "QGIS layer styles", GeometryKind::kNone, kStyleFields, "id", "", "", "id"};
 
 core::Expected<void> CheckShape(OGRLayer& layer, const LayerSchema& schema) {
   for (const Field& field : schema.fields) {
@@ -49,8 +48,8 @@ core::Expected<void> CheckShape(OGRLayer& layer, const LayerSchema& schema) {
 core::Expected<void> AddIndexes(OgrDataset& dataset, const LayerSchema& schema) {
   const std::string table = schema.name;
   const auto index = [&](const char* unique, const char* suffix, const std::string& columns) {
-    return dataset.Execute(std::string("CREATE ") + unique + "INDEX IF NOT EXISTS " + table + suffix +
-                           " ON " + table + " (" + columns + ")");
+    return dataset.Execute(std::string("CREATE ") + unique + "INDEX IF NOT EXISTS " + table +
+                           suffix + " ON " + table + " (" + columns + ")");
   };
   auto made = index("UNIQUE ", "_key", schema.key);
   if (made && schema.index[0] != '\0') made = index("", "_order", schema.index);
@@ -61,9 +60,8 @@ core::Expected<void> AddIndexes(OgrDataset& dataset, const LayerSchema& schema) 
 /// A default style for every layer that has none; a user's own stays.
 core::Expected<void> AddStyle(OgrDataset& dataset, OGRLayer& styles, const LayerSchema& schema) {
   const std::string table = SqlText(schema.name);
-  const auto there =
-      dataset.QueryInteger(std::string("SELECT count(*) AS n FROM ") + kStyleTable +
-                           " WHERE f_table_name = " + table);
+  const auto there = dataset.QueryInteger(std::string("SELECT count(*) AS n FROM ") + kStyleTable +
+                                          " WHERE f_table_name = " + table);
   if (!there) return tl::unexpected(there.error());
   if (there->value_or(0) > 0) return {};
   std::string catalog;
@@ -159,8 +157,8 @@ core::Expected<void> CreateFile(const std::filesystem::path& path) {
 core::Expected<OgrDataset> OpenPostgis(const std::string& target) {
   auto dataset = OgrDataset::Open(target, false);
   if (!dataset) return dataset;
-  const auto there = dataset->QueryInteger(
-      "SELECT count(*) AS n FROM pg_extension WHERE extname = 'postgis'");
+  const auto there =
+      dataset->QueryInteger("SELECT count(*) AS n FROM pg_extension WHERE extname = 'postgis'");
   if (!there) return tl::unexpected(there.error());
   if (there->value_or(0) > 0) return dataset;
   if (auto made = dataset->Execute("CREATE EXTENSION postgis"); !made)

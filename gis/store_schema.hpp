@@ -7,9 +7,10 @@
 /// Bringing a store into being. Inside gis/ only.
 namespace kawara::gis {
 
-/// Opens the store for writing; makes it first if it is not there: a GeoPackage under a temporary name that is
-/// renamed when it is complete (so that no kill leaves half a schema), PostGIS tables in one transaction. Missing
-/// layers are added to an existing file or database; layers of the same name but another shape are refused.
+/// Opens the store for writing; makes it first if it is not there: a GeoPackage under a temporary
+/// name that is renamed when it is complete (so that no kill leaves half a schema), PostGIS tables
+/// in one transaction. Missing layers are added to an existing file or database; layers of the same
+/// name but another shape are refused.
 core::Expected<OgrDataset> OpenStore(const std::string& target);
 
 /// The QGIS style of a layer: symbol, and temporal mode on t_begin/t_end.

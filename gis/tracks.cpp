@@ -89,11 +89,12 @@ core::Expected<void> Tracks::Mend(OgrDataset& dataset) {
   auto found = dataset.ForEach(
       "SELECT p.robot AS robot, p.mission AS mission FROM (SELECT robot, mission, count(*) AS n, "
       "max(gps_ns) AS last FROM obs_pose GROUP BY robot, mission) p LEFT JOIN trajectory t ON "
-      "t.robot = p.robot AND t.mission = p.mission WHERE p.n > 1 AND (t.poses IS NULL OR t.poses <> "
+      "t.robot = p.robot AND t.mission = p.mission WHERE p.n > 1 AND (t.poses IS NULL OR t.poses "
+      "<> "
       "p.n OR t.last_gps_ns <> p.last)",
       [&stale](const OGRFeature& row) {
-        stale.push_back({.robot = row.GetFieldAsString(0), .mission = row.GetFieldAsString(1),
-                         .vertices = {}});
+        stale.push_back(
+            {.robot = row.GetFieldAsString(0), .mission = row.GetFieldAsString(1), .vertices = {}});
       });
   if (!found || stale.empty()) return found;
   if (auto begun = dataset.Begin(); !begun) return begun;

@@ -44,8 +44,9 @@ inline std::shared_ptr<const std::vector<std::uint8_t>> Jpeg(unsigned width, uns
   const auto high = [](unsigned v) { return static_cast<std::uint8_t>(v >> 8 & 0xff); };
   const auto low = [](unsigned v) { return static_cast<std::uint8_t>(v & 0xff); };
   auto bytes = std::make_shared<std::vector<std::uint8_t>>(std::vector<std::uint8_t>{
-      0xff, 0xd8, 0xff, 0xc0, 0, 11, 8, high(height), low(height), high(width), low(width), 1, 1, 0x11,
-      0, 0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0});
+      0xff,        0xd8,       0xff, 0xc0, 0,    11, 8,    high(height), low(height),
+      high(width), low(width), 1,    1,    0x11, 0,  0xff, 0xda,         0,
+      8,           1,          1,    0,    0,    63, 0});
   for (std::size_t i = 0; i < noise; ++i) {
     seed = seed * 1664525U + 1013904223U;
     bytes->push_back(static_cast<std::uint8_t>(seed >> 24 & 0x7f));  // never 0xff

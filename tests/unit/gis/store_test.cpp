@@ -14,10 +14,10 @@ using namespace testing;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-#define ASSERT_OK(expression)                            \
-  do {                                                   \
-    const auto result_ = (expression);                   \
-    ASSERT_TRUE(result_) << result_.error().message;     \
+#define ASSERT_OK(expression)                        \
+  do {                                               \
+    const auto& result_ = (expression);              \
+    ASSERT_TRUE(result_) << result_.error().message; \
   } while (false)
 
 SpatioTemporalStore OpenAt(const std::filesystem::path& path) {
@@ -162,9 +162,10 @@ TEST_F(Store, TheTrajectoryHoldsEveryPoseWithItsTime) {
   EXPECT_EQ(Value(dump, "trajectory", 0, "t_end"), "2026-11-22T06:25:25.000Z");
   // Two steps of 1e-5 deg north (1.1097 m at 35.7 deg) and 0.7e-5 deg east (0.6338 m).
   EXPECT_NEAR(std::stod(Value(dump, "trajectory", 0, "length_m")), 2.556, 0.002);
-  EXPECT_EQ(Value(dump, "trajectory", 0, "geom"),
-            "LINESTRING ZM (139.7061 35.7061 61.25 1795328723, 139.706107 35.70611 61.25 1795328724, "
-            "139.706114 35.70612 61.25 1795328725)");
+  EXPECT_EQ(
+      Value(dump, "trajectory", 0, "geom"),
+      "LINESTRING ZM (139.7061 35.7061 61.25 1795328723, 139.706107 35.70611 61.25 1795328724, "
+      "139.706114 35.70612 61.25 1795328725)");
 }
 
 TEST_F(Store, EventsAreKeptOnce) {
@@ -181,7 +182,8 @@ TEST_F(Store, EventsAreKeptOnce) {
   EXPECT_EQ(Value(dump, "event_log", 0, "severity"), "warn-low");
 }
 
-/// Adds the records of a small mission in the order of `seed`, some of them twice, flushing now and then.
+/// Adds the records of a small mission in the order of `seed`, some of them twice, flushing now and
+/// then.
 void Fill(const std::filesystem::path& path, unsigned seed) {
   std::vector<std::function<core::Expected<void>(SpatioTemporalStore&)>> steps;
   for (int i = 1; i <= 12; ++i) {
@@ -192,7 +194,8 @@ void Fill(const std::filesystem::path& path, unsigned seed) {
   }
   std::mt19937 random(seed);
   if (seed != 0) {
-    steps.insert(steps.end(), steps.begin(), steps.begin() + 20);
+    const std::vector again(steps.begin(), steps.begin() + 20);
+    steps.insert(steps.end(), again.begin(), again.end());
     std::shuffle(steps.begin(), steps.end(), random);
   }
   auto store = OpenAt(path);
@@ -221,13 +224,14 @@ TEST_F(Store, ContentDoesNotDependOnOrderBatchesOrRepetition) {
 TEST_F(Store, NoWallClockInTheFile) {
   Fill(path(), 0);
   const std::string contents =
-      Shell("sqlite3 " + path().string() + " 'select table_name, last_change from gpkg_contents order by 1'");
+      Shell("sqlite3 " + path().string() +
+            " 'select table_name, last_change from gpkg_contents order by 1'");
   EXPECT_EQ(contents,
             "event_log|2026-11-22T06:25:35.000Z\n"
             "layer_styles|1980-01-06T00:00:00.000Z\n"
             "obs_panorama|2026-11-22T06:25:35.000Z\n"
-            "obs_pose|2026-11-22T06:25:31.399Z\n"
-            "trajectory|2026-11-22T06:25:31.399Z\n");
+            "obs_pose|2026-11-22T06:25:31.400Z\n"
+            "trajectory|2026-11-22T06:25:31.400Z\n");
 }
 
 TEST_F(Store, CloseLeavesOneFile) {
@@ -247,14 +251,15 @@ TEST_F(Store, OtherProgramsSeeTheLayers) {
   for (const char* part :
        {"Layer name: obs_pose", "Layer name: obs_panorama", "Layer name: trajectory",
         "Geometry: 3D Point", "Geometry: 3D Measured Line String", "ID[\"EPSG\",4326]",
-        "t_begin: DateTime (0.0) NOT NULL", "t_end: DateTime (0.0)", "gps_ns: Integer64 (0.0) NOT NULL",
-        "rtk_state: String", "Feature Count: 12", "Extent: (139.706105, 35.706107)"})
+        "t_begin: DateTime (0.0) NOT NULL", "t_end: DateTime (0.0)",
+        "gps_ns: Integer64 (0.0) NOT NULL", "rtk_state: String", "Feature Count: 12",
+        "Extent: (139.706105, 35.706107)"})
     EXPECT_THAT(info, HasSubstr(part));
   // The time rule as any SQL client would ask it: what was there 3 s into the mission?
-  const std::string at =
-      Shell("ogrinfo -q " + path().string() +
-          " -sql \"select epoch, t_begin, t_end from obs_panorama where t_begin <= "
-          "'2026-11-22T06:25:26.500Z' and (t_end is null or t_end > '2026-11-22T06:25:26.500Z')\"");
+  const std::string at = Shell(
+      "ogrinfo -q " + path().string() +
+      " -sql \"select epoch, t_begin, t_end from obs_panorama where t_begin <= "
+      "'2026-11-22T06:25:26.500Z' and (t_end is null or t_end > '2026-11-22T06:25:26.500Z')\"");
   EXPECT_THAT(at, HasSubstr("epoch (Integer64) = 3"));
   EXPECT_THAT(at, Not(HasSubstr("OGRFeature(SELECT):1")));
 }
@@ -271,7 +276,7 @@ TEST_F(Store, AReaderSeesWhatIsFlushedWhileWeWrite) {
 
 TEST_F(Store, AddsItsLayersToAMapThatIsThereAlready) {
   Shell("ogr2ogr -f GPKG " + path().string() +
-      " '{\"type\":\"Point\",\"coordinates\":[139.7,35.7]}' -nln base_map");
+        " '{\"type\":\"Point\",\"coordinates\":[139.7,35.7]}' -nln base_map");
   Fill(path(), 0);
   EXPECT_THAT(Shell("ogrinfo -q " + path().string()), HasSubstr("base_map"));
   EXPECT_THAT(Dump(path()), HasSubstr("# obs_panorama: 12 rows"));
