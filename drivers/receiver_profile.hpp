@@ -5,6 +5,7 @@
 #include "core/measurements.hpp"
 #include "drivers/ashtech.hpp"
 #include "drivers/nmea.hpp"
+#include "drivers/ubx.hpp"
 
 /// Makers do not agree on what the same field means. What a receiver needs to have said about it
 /// beforehand:
@@ -14,7 +15,7 @@ enum class ReceiverProfile : std::uint8_t {
   kNmea,           ///< the standard: GGA 1 autonomous, 2 differential, 4 fixed, 5 float
   kAshtechLegacy,  ///< Z-12, Z-Xtreme: GGA 2 = differential OR float, 3 = fixed; fraction of the
                    ///< age = latency; POS in knots and dm/s
-  kAshtech,  ///< AC12, ProFlex, SP: GGA as the standard; POS in knots and m/s
+  kAshtech,        ///< AC12, ProFlex, SP: GGA as the standard; POS in knots and m/s
 };
 
 /// GGA field 6. Where the legacy encoding cannot tell float from code differential the worse one is
@@ -24,6 +25,8 @@ core::RtkState RtkStateOfGga(std::uint8_t quality, ReceiverProfile profile);
 core::RtkState RtkStateOfPos(int type);
 /// $PASHR,CBN flags. Source: Z-Family table 6.61.
 core::RtkState RtkStateOfCbn(const AshtechCbn& cbn);
+
+core::RtkState RtkStateOfPvt(const UbxNavPvt& pvt);
 
 /// Height of the antenna above the ellipsoid [m] from a GGA: altitude + separation; the altitude
 /// itself where the separation is empty, which is how a Z-12 says that it is ellipsoidal already.

@@ -33,17 +33,20 @@ struct UbxNavPvt {
   double ground_speed_mps = 0.0, course_deg = 0.0;
   double pdop = 0.0;
 };
-/// NAV-TIMELS (01 26): leap seconds.
-struct UbxNavTimeLs {
-  bool valid = false;
+/// NAV-TIMEGPS (01 20).
+struct UbxNavTimeGps {
+  core::Duration time_of_week{};
+  int week = 0;
   int gps_minus_utc_s = 0;
+  bool week_valid = false;
+  bool leap_seconds_valid = false;
 };
 struct UbxOther {};
 
 struct UbxMessage {
   std::uint8_t message_class = 0;
   std::uint8_t id = 0;
-  std::variant<UbxOther, UbxNavPvt, UbxNavTimeLs> body;
+  std::variant<UbxOther, UbxNavPvt, UbxNavTimeGps> body;
 };
 
 enum class UbxMatch : std::uint8_t { kNoMatch, kNeedMore, kFrame, kBadChecksum };

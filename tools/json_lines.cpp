@@ -14,6 +14,22 @@ void AppendInteger(std::string& out, T value) {
   out.append(digits.data(), result.ptr);
 }
 
+/// Bytes of the UTF-8 character of two to four bytes that `text` begins with, 0 if it is none.
+std::size_t Utf8Length(std::string_view text) {
+  const auto at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const std::size_t n = at(0) >= 0xF0 ? 4 : at(0) >= 0xE0 ? 3 : 2;
+  if (at(0) < 0xC2 || at(0) > 0xF4 || text.size() < n) return 0;
+  for (std::size_t i = 1; i < n; ++i) {
+    if ((at(i) & 0xC0U) != 0x80U) return 0;
+  }
+  // Too long for what it says, a surrogate, or beyond the last code point.
+  const unsigned first_two = static_cast<unsigned>(at(0)) << 8 | at(1);
+  const bool wrong = (first_two >= 0xE080 && first_two < 0xE0A0) ||
+                     (first_two >= 0xEDA0 && first_two < 0xEDC0) ||
+                     (first_two >= 0xF080 && first_two < 0xF090) || first_two >= 0xF490;
+  return wrong ? 0 : n;
+}
+
 }  // namespace
 
 void JsonLines::Begin(std::string_view type) {
@@ -108,17 +124,21 @@ void JsonLines::Key(std::string_view key) {
 void JsonLines::Quoted(std::string_view text) {
   constexpr std::string_view kHex = "0123456789abcdef";
   line_ += '"';
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const std::size_t sequence = byte < 0x80 ? 0 : Utf8Length(text.substr(i));
+    if (byte == '"' || byte == '\\') {
       line_ += '\\';
-      line_ += c;
+      line_ += text[i];
+    } else if (sequence > 0) {
+      line_ += text.substr(i, sequence);
+      i += sequence - 1;
     } else if (byte < 0x20 || byte > 0x7e) {
       line_ += "\\u00";
       line_ += kHex[byte >> 4];
       line_ += kHex[byte & 15U];
     } else {
-      line_ += c;
+      line_ += text[i];
     }
   }
   line_ += '"';

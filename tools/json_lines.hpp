@@ -7,7 +7,7 @@
 namespace kawara::tools {
 
 /// Writes one JSON object a line to a C stream. The buffer of a line is reused, so memory stays
-/// constant. Keys and structure are the caller's; strings are escaped (bytes that are not ASCII
+/// constant. Keys and structure are the caller's; strings are escaped (bytes that are not UTF-8
 /// become \u00XX), a number that is not finite becomes null. One thread.
 ///   out.Begin("GPGGA"); out.Number("lat_deg", 35.1, 10); out.End();
 class JsonLines {
