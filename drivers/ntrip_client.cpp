@@ -209,7 +209,7 @@ void NtripClient::Receive(core::MonoTime now) {
   constexpr int kMaxReads = 16;  // a caster that floods us must not keep the thread
   for (int i = 0; i < kMaxReads; ++i) {
     const ssize_t n = ::recv(fd_, buffer.data(), buffer.size(), 0);
-    if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (n < 0 && (errno == EAGAIN)) return;
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) {
       const int error = errno;
@@ -238,6 +238,8 @@ void NtripClient::Receive(core::MonoTime now) {
                       transient ? core::Severity::kWarnLow : core::Severity::kWarnHigh,
                       decoder_.Explain(config_.caster), !transient);
     }
+    if (answer == NtripState::kSourcetable)
+      deadline_ = now + config_.connect_timeout;  // long, but it comes
     if (answer == NtripState::kStreaming) {
       if (state_ == State::kAsking) {
         state_ = State::kStreaming;
@@ -254,6 +256,7 @@ void NtripClient::Receive(core::MonoTime now) {
 }
 
 void NtripClient::QueuePosition(core::MonoTime now) {
+  position_at_ = now + core::Seconds(1);  // look again soon, unless one is sent now
   if (!config_.send_position || !fix_ || now - fix_->arrival >= kFixTooOld) return;
   if (to_send_.size() > 512) return;  // the caster does not read: no use in piling up old positions
   const auto gga = MakeGga(*fix_);

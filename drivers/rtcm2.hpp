@@ -74,6 +74,8 @@ struct Rtcm2Message {
   std::uint8_t health = 0;      ///< 0..7; 6 = not monitored, 7 = do not use
   std::uint8_t data_words = 0;  ///< after the two header words
   std::array<std::uint32_t, 31> data{};  ///< 24 bits each, parity taken off, inversion undone
+  std::uint8_t bits_before =
+      0;  ///< last two bits of the word before the header, as the parity of word 1 has them
   bool malformed = false;  ///< a type we know, with a length it cannot have; `body` is then empty
   std::variant<std::monostate, Rtcm2Corrections, Rtcm2Observations, Rtcm2Station,
                Rtcm2StationOffset, Rtcm2Antenna>

@@ -1,18 +1,13 @@
 #include "drivers/rtcm2_decoder.hpp"
 
 #include <algorithm>
-#include <bit>
+
+#include "drivers/rtcm2_word.hpp"
 
 namespace kawara::drivers {
 namespace {
 
-constexpr unsigned kWordBits = 30;
-constexpr unsigned kBitsPerByte = 6;
-constexpr unsigned kBytesPerWord = kWordBits / kBitsPerByte;
-constexpr std::uint32_t kPreamble = 0x66;
-constexpr std::uint32_t kDataMask = 0x3FFFFFC0;   ///< the 24 data bits in a 32-bit register
-constexpr std::uint32_t kInvertBit = 0x40000000;  ///< last bit of the word before
-constexpr unsigned kHourUnits = 6000;             ///< Z-count: 0.6 s
+constexpr unsigned kHourUnits = 6000;  ///< Z-count: 0.6 s
 constexpr core::Duration kZUnit = std::chrono::milliseconds(600);
 /// Step in Z-count between messages that follow each other. GLONASS observations are dated in UTC,
 /// so they stand the leap seconds behind the GPS ones of the same epoch (seen: 15 s in 2009);
@@ -27,8 +22,8 @@ constexpr std::array<std::uint8_t, 256> MakeSextets() {
   std::array<std::uint8_t, 256> table{};
   for (unsigned b = 0; b < 256; ++b) {
     unsigned reversed = 0;
-    for (unsigned i = 0; i < kBitsPerByte; ++i)
-      reversed |= ((b >> i) & 1U) << (kBitsPerByte - 1 - i);
+    for (unsigned i = 0; i < kRtcm2BitsPerByte; ++i)
+      reversed |= ((b >> i) & 1U) << (kRtcm2BitsPerByte - 1 - i);
     table[b] = (b & 0xC0U) == 0x40U ? static_cast<std::uint8_t>(reversed) : kNotData;
   }
   return table;
@@ -41,9 +36,9 @@ constexpr std::array<std::uint8_t, 8192> MakePreambleShifts() {
   std::array<std::uint8_t, 8192> table{};
   for (unsigned window = 0; window < table.size(); ++window) {
     unsigned shifts = 0;
-    for (unsigned k = 0; k < kBitsPerByte; ++k) {
+    for (unsigned k = 0; k < kRtcm2BitsPerByte; ++k) {
       const unsigned byte = (window >> k) & 0xFFU;
-      if (byte == kPreamble || byte == (kPreamble ^ 0xFFU)) shifts |= 1U << k;
+      if (byte == kRtcm2Preamble || byte == (kRtcm2Preamble ^ 0xFFU)) shifts |= 1U << k;
     }
     table[window] = static_cast<std::uint8_t>(shifts);
   }
@@ -51,21 +46,6 @@ constexpr std::array<std::uint8_t, 8192> MakePreambleShifts() {
 }
 constexpr auto kPreambleShifts = MakePreambleShifts();
 unsigned PreambleShifts(std::uint64_t bits) { return kPreambleShifts[(bits >> 22) & 0x1FFF]; }
-
-/// Undoes the inversion and checks the parity of a word with the two bits before it in the top
-/// bits. Masks: the parity equations of IS-GPS-200, table 20-XIV, one a parity bit, the first one
-/// highest.
-bool ReadWord(std::uint32_t word, std::uint32_t& data24) {
-  constexpr std::array<std::uint32_t, 6> kParity{0xBB1F3480, 0x5D8F9A40, 0xAEC7CD00,
-                                                 0x5763E680, 0x6BB1F340, 0x8B7A89C0};
-  if ((word & kInvertBit) != 0) word ^= kDataMask;
-  std::uint32_t parity = 0;
-  for (const std::uint32_t mask : kParity) {
-    parity = (parity << 1) | (static_cast<std::uint32_t>(std::popcount(word & mask)) & 1U);
-  }
-  data24 = (word & kDataMask) >> 6;
-  return parity == (word & 0x3FU);
-}
 
 }  // namespace
 
@@ -83,7 +63,7 @@ const Rtcm2Message* Rtcm2Decoder::Next(std::span<const std::uint8_t>& bytes) noe
     ++stats_.bytes;
     if (sextet == kNotData) continue;
     positions_[data_bytes_++ % positions_.size()] = stats_.bytes - 1;
-    bits_ = (bits_ << kBitsPerByte) | sextet;
+    bits_ = (bits_ << kRtcm2BitsPerByte) | sextet;
     message = OnDataByte();
   }
   bytes = bytes.last(static_cast<std::size_t>(end - p));
@@ -118,7 +98,7 @@ const std::uint8_t* Rtcm2Decoder::Scan(const std::uint8_t* p, const std::uint8_t
     positions_[count % positions_.size()] =
         position++;  // the next byte overwrites it if this one is no data
     count += is_data ? 1 : 0;
-    bits = is_data ? (bits << kBitsPerByte) | sextet : bits;
+    bits = is_data ? (bits << kRtcm2BitsPerByte) | sextet : bits;
     if ((PreambleShifts(bits) & (is_data ? 0xFFU : 0U)) == 0) continue;
     bits_ = bits;
     data_bytes_ = count;
@@ -137,21 +117,22 @@ const std::uint8_t* Rtcm2Decoder::Scan(const std::uint8_t* p, const std::uint8_t
 void Rtcm2Decoder::StartTracks() noexcept {
   const unsigned shifts = PreambleShifts(bits_);
   if (shifts == 0) return;
-  for (unsigned k = kBitsPerByte; k-- > 0;) {
-    const unsigned bytes_touched = kBytesPerWord + (k > 0 ? 1 : 0);
+  for (unsigned k = kRtcm2BitsPerByte; k-- > 0;) {
+    const unsigned bytes_touched = kRtcm2BytesPerWord + (k > 0 ? 1 : 0);
     if (((shifts >> k) & 1U) == 0 || data_bytes_ < bytes_touched) continue;
     std::uint32_t data = 0;
     const auto word = static_cast<std::uint32_t>(bits_ >> k);
-    if (!ReadWord(word, data) || (data >> 16) != kPreamble) continue;
+    if (!ReadRtcm2Word(word, data) || (data >> 16) != kRtcm2Preamble) continue;
     const auto slot =
         std::find_if(tracks_.begin(), tracks_.end(), [](const Track& t) { return !t.active; });
     if (slot == tracks_.end()) return;
     slot->active = any_track_ = true;
     slot->shift = k;
-    slot->wait = kBytesPerWord;
+    slot->wait = kRtcm2BytesPerWord;
     slot->words = 1;
     slot->begin = positions_[(data_bytes_ - bytes_touched) % positions_.size()];
     slot->message.type = static_cast<std::uint8_t>((data >> 10) & 0x3FU);
+    slot->message.bits_before = static_cast<std::uint8_t>(word >> kRtcm2WordBits);
     slot->message.station = static_cast<std::uint16_t>(data & 0x3FFU);
   }
 }
@@ -204,12 +185,12 @@ const Rtcm2Message* Rtcm2Decoder::OnLockedWord(Track& track) noexcept {
 
 /// Takes the word that ends `shift` bits before the newest bit.
 Rtcm2Decoder::Word Rtcm2Decoder::TakeWord(Track& track) noexcept {
-  track.wait = kBytesPerWord;
+  track.wait = kRtcm2BytesPerWord;
   const auto word = static_cast<std::uint32_t>(bits_ >> track.shift);
   std::uint32_t data = 0;
-  const bool good = ReadWord(word, data);
+  const bool good = ReadRtcm2Word(word, data);
   Rtcm2Message& m = track.message;
-  if (track.words == 0 && (data >> 16) != kPreamble)
+  if (track.words == 0 && (data >> 16) != kRtcm2Preamble)
     return Word::kBad;  // something else follows the message
   if (!good) {
     if (locked_) ++stats_.parity_errors;
@@ -218,9 +199,10 @@ Rtcm2Decoder::Word Rtcm2Decoder::TakeWord(Track& track) noexcept {
   ++track.words;
   switch (track.words) {
     case 1: {
-      const unsigned bytes_touched = kBytesPerWord + (track.shift > 0 ? 1 : 0);
+      const unsigned bytes_touched = kRtcm2BytesPerWord + (track.shift > 0 ? 1 : 0);
       track.begin = positions_[(data_bytes_ - bytes_touched) % positions_.size()];
       m.type = static_cast<std::uint8_t>((data >> 10) & 0x3FU);
+      m.bits_before = static_cast<std::uint8_t>(word >> kRtcm2WordBits);
       m.station = static_cast<std::uint16_t>(data & 0x3FFU);
       return Word::kMore;
     }
