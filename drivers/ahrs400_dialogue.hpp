@@ -43,7 +43,7 @@ struct Ahrs400Action {
 ///     stop ('P', then 'G', until quiet) -> ping 'R' = 'H' -> version 'v' -> serial number 'S'
 ///       -> mode 'a'|'c'|'r' = 'A'|'C'|'R' -> continuous 'C' (or 'G' at the poll period) -> running
 ///
-/// A reply counts only on a line that was quiet before the command, alone, byte for byte: a data
+/// A reply counts only when the line was quiet before the command and is again after it: a data
 /// byte that looks like 'H' cannot pass. Version and serial number are welcome, not needed. Bytes
 /// that fit no packet and no reply, or no answer at all, lead to the next baud rate, and the event
 /// says which were tried. Commands and replies: see ahrs400_packet.hpp for the sources. The unit's
@@ -92,8 +92,8 @@ class Ahrs400Dialogue {
   void TickStop(core::MonoTime now);
   void TickRunning(core::MonoTime now);
   void NextBaud(core::MonoTime now);
-  void TakeVersion(core::MonoTime now);
-  void CheckSign(core::MonoTime now, const core::AhrsSample& sample);
+  void TakeVersion(std::span<const std::uint8_t> frame);
+  void CheckSign(const core::AhrsSample& sample);
   void Write(std::uint8_t byte);
   void Say(core::Severity severity, const char* name, const core::EventText& text);
   void PushAction(const Ahrs400Action& action);
@@ -107,12 +107,12 @@ class Ahrs400Dialogue {
   int attempt_ = 0;
   int stop_rounds_ = 0;
   std::size_t baud_index_ = 0;
-  std::array<std::uint8_t, 32> reply_{};
+  std::size_t next_other_ = 0;  ///< the rate last tried beside the usual one
+  std::array<std::uint8_t, 96> reply_{};
   std::size_t reply_size_ = 0;
   bool reply_too_long_ = false;
   std::uint64_t bytes_at_baud_ = 0;  ///< received since the rate was set
   std::uint64_t packets_at_baud_ = 0;
-  std::uint64_t rounds_ = 0;  ///< through the whole list of rates
   core::FixedText<32> version_;
   std::optional<std::uint32_t> serial_;
   std::uint64_t restarts_ = 0;

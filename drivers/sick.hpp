@@ -118,6 +118,7 @@ class SickDecoder {
   Shape JudgeShape(std::span<const std::uint8_t> data, std::size_t& total) const;
   void Take(std::size_t total, SickSink& sink);
   void TakeScan(const SickMessage& message, SickSink& sink);
+  void SetAngles(std::span<const std::uint8_t> payload);
   void Skip(std::size_t n);
 
   SickConfig config_;
