@@ -29,24 +29,29 @@ class HeadingTracker {
   explicit HeadingTracker(const HeadingConfig& config = {});
 
   const HeadingConfig& config() const { return config_; }
-  /// Some source has been seen: without magnetic heading this takes the first straight run.
+  /// Heading is known: at once with a magnetic reference, else after the first straight run.
   bool known() const { return known_; }
   double offset_rad() const { return offset_rad_; }
   double sigma_rad() const;
   std::int64_t course_updates() const { return course_updates_; }
   std::int64_t course_refused() const { return course_refused_; }
 
+  /// The reference has run on for this long: on magnetic heading (its error drifts about zero) or
+  /// on the gyro (the error wanders off).
+  void Elapse(double seconds, bool magnetic);
+  /// The reference is broken (samples were lost while running on the gyro).
+  void LoseReference() { known_ = false; }
+  /// Course over ground while the reference stood at `reference_yaw_rad`. Ignored below the minimum
+  /// speed. Call it about once a second: its errors (side slip) last that long, more often would
+  /// count them as news.
   void AddCourse(double reference_yaw_rad, double course_rad, double speed_mps,
                  double velocity_sigma_mps);
+  /// A measured true heading (two antennas).
   void AddHeading(double reference_yaw_rad, double heading_rad, double sigma_rad);
-  /// The reference has been running for this long since the last call.
-  void Elapse(double seconds);
-  /// The reference itself jumped (samples were lost): nothing is known any more without magnetic
-  /// heading.
-  void LoseReference();
 
  private:
   void Update(double innovation_rad, double measurement_var);
+  void Begin(double offset_rad, double variance);
 
   const HeadingConfig config_;
   bool known_ = false;
@@ -54,6 +59,7 @@ class HeadingTracker {
   double variance_ = 0.0;
   std::int64_t course_updates_ = 0;
   std::int64_t course_refused_ = 0;
+  int refused_in_row_ = 0;
 };
 
 }  // namespace kawara::estimation

@@ -75,7 +75,7 @@ class PoseComposer {
     Eigen::Quaterniond ned_body =
         Eigen::Quaterniond::Identity();  ///< yaw: the tracker's reference heading
     Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
-    bool has_attitude = false;
+    bool has_attitude = false;  ///< roll and pitch are the unit's, not just "level"
   };
   struct AttitudeAt {
     Eigen::Quaterniond ned_body = Eigen::Quaterniond::Identity();
@@ -92,23 +92,36 @@ class PoseComposer {
     bool known = false;
   };
 
+  void UpdateHeading(const core::GnssFix& fix, const GpsTimeline& clock);
   AttitudeAt AttitudeOf(core::MonoTime t) const;
-  /// Reference heading only (no offset); nullopt outside the history.
-  std::optional<double> ReferenceYaw(core::MonoTime t) const;
+  /// Reference heading alone (without the tracked offset), and the turn rate; nullopt outside the
+  /// history.
+  struct Yaw {
+    double reference_rad = 0.0;
+    double rate_radps = 0.0;
+  };
+  std::optional<Yaw> ReferenceYaw(core::MonoTime t) const;
   PositionAt PositionOf(core::GpsTime t, const GpsTimeline& clock) const;
-  PositionAt Between(const core::GnssFix& a, const core::GnssFix& b, core::GpsTime t) const;
-  PositionAt Beyond(const core::GnssFix& last, core::GpsTime t, const GpsTimeline& clock) const;
+  PositionAt Between(std::size_t first, core::GpsTime t) const;
+  PositionAt Beyond(std::size_t last, core::GpsTime t, const GpsTimeline& clock) const;
+  /// Of one fix; from its neighbour before if the receiver gave none.
+  struct Velocity {
+    Eigen::Vector3d enu_mps = Eigen::Vector3d::Zero();
+    Eigen::Vector3d sd_mps = Eigen::Vector3d::Zero();
+    bool known = false;
+  };
+  Velocity VelocityOf(std::size_t fix) const;
   core::Pose Compose(core::GpsTime gps, core::MonoTime mono, double time_sigma_s,
                      const GpsTimeline& clock) const;
-  /// Velocity of a fix, from its neighbours if the receiver gave none.
-  bool VelocityOf(const core::GnssFix& fix, Eigen::Vector3d& velocity_enu_mps,
-                  double& sigma_mps) const;
 
   const PoseComposerConfig config_;
   HeadingTracker heading_;
   History<core::GnssFix, 64> fixes_;        ///< with position only, ascending time
   History<AttitudeSample, 512> attitudes_;  ///< ascending time
-  double gyro_yaw_rad_ = 0.0;
+  double reference_yaw_rad_ = 0.0;          ///< of the newest attitude sample
+  core::GpsTime last_course_;
+  int too_late_in_row_ = 0;
+  int backwards_in_row_ = 0;
   Stats stats_;
 };
 
