@@ -10,6 +10,7 @@
 
 #include "comms/event_log.hpp"
 #include "comms/file_system.hpp"
+#include "comms/log_crc.hpp"
 #include "core/expected.hpp"
 #include "core/time.hpp"
 
@@ -22,7 +23,7 @@ struct LogWriterOptions {
   bool crc = true;        ///< LOG.CRC with every sync
   /// Gives the numbers of events, LOG.CRC among them; null: 0, 1, 2, ... Shared where several files
   /// are one recording.
-  std::function<std::int64_t()> next_number;
+  std::function<std::int64_t()> next_number{};
 };
 
 /// Writes one LCM event log that LCM's own tools read, with CRC-32C of every record on the side
@@ -76,10 +77,10 @@ class EventLogWriter {
  private:
   EventLogWriter(std::filesystem::path path, LogWriterOptions options,
                  std::unique_ptr<OutputFile> file);
+  static core::Expected<void> CheckEvent(std::string_view channel,
+                                         std::span<const std::uint8_t> data);
   std::int64_t NextNumber();
-  void Put(std::int64_t number, std::int64_t time_utc_us, std::string_view channel,
-           std::span<const std::uint8_t> data);
-  void PutCrc();
+  bool IsSyncDue(core::MonoTime now) const;
   core::Expected<void> Flush();
 
   std::filesystem::path path_;
@@ -87,15 +88,14 @@ class EventLogWriter {
   std::unique_ptr<OutputFile> file_;
   std::vector<std::uint8_t> unsynced_;  ///< records since the last Sync
   std::size_t written_ = 0;             ///< of unsynced_, in the file already
-  std::vector<std::int64_t> crc_numbers_;
-  std::vector<std::int32_t> crc_values_;
+  std::vector<LogCrcEntry> crcs_;       ///< of unsynced_, until its LOG.CRC is made
+  std::size_t unsynced_events_ = 0;
   core::MonoTime first_unsynced_;
   std::int64_t own_number_ = 0;
   std::int64_t last_time_utc_us_ = 0;
   std::uint64_t appended_events_ = 0;
   std::uint64_t synced_events_ = 0;
   std::uint64_t bytes_ = 0;
-  bool crc_pending_ = false;  ///< LOG.CRC of this batch is in unsynced_ already
 };
 
 }  // namespace kawara::comms

@@ -10,7 +10,7 @@ namespace kawara::comms {
 struct LcmBusConfig {
   /// Empty: the environment's LCM_DEFAULT_URL, else LCM's own group. "memq://" stays inside this
   /// process.
-  std::string url;
+  std::string url{};
   /// Used if the URL does not say. A 1 MB message comes in 16 datagrams that must wait here: with
   /// the kernel's default of 208 KiB none of them ever arrives whole.
   int receive_buffer_bytes = 2 << 20;

@@ -46,8 +46,8 @@ class LcmVisitor {
 class LcmType {
  public:
   struct Dimension {
-    std::int32_t fixed = 0;  ///< used if count_member < 0
-    int count_member = -1;   ///< index of the integer member that holds the count
+    std::int32_t fixed = 0;  ///< used if count_slot < 0
+    int count_slot = -1;     ///< Member::count_slot of the integer that holds the count
     std::string text;        ///< as written: "3" or "n"
   };
   struct Member {
@@ -56,9 +56,11 @@ class LcmType {
     std::string type_name;  ///< as written: "int64_t", "pose_t"
     const LcmType* struct_type = nullptr;
     std::vector<Dimension> dimensions;  ///< empty: scalar
+    int count_slot = -1;                ///< >= 0: a later member's dimension
   };
 
-  const std::string& name() const { return name_; }  ///< "pose_t", without package
+  const std::string& name() const { return name_; }        ///< "pose_t", without package
+  const std::string& package() const { return package_; }  ///< "kawara", may be empty
   std::int64_t fingerprint() const { return fingerprint_; }
   const std::vector<Member>& members() const { return members_; }
 
@@ -71,9 +73,15 @@ class LcmType {
 
  private:
   friend class LcmSchema;
+  friend class LcmSchemaParser;
+  friend class LcmWalker;
   std::string name_;
+  std::string package_;
   std::int64_t fingerprint_ = 0;
-  std::int64_t base_hash_ = 0;
+  std::uint64_t hash_ =
+      0;  ///< of the members' names and types, then with those of the structs in it
+  std::uint64_t min_bytes_ = 0;  ///< of the shortest message, without fingerprint
+  bool fixed_size_ = true;       ///< every message is min_bytes_ long
   std::vector<Member> members_;
 };
 
@@ -97,6 +105,7 @@ class LcmSchema {
   const std::vector<std::unique_ptr<LcmType>>& types() const { return types_; }
 
  private:
+  friend class LcmSchemaParser;
   std::vector<std::unique_ptr<LcmType>> types_;
   std::map<std::int64_t, const LcmType*> by_fingerprint_;
 };

@@ -15,7 +15,7 @@ struct LogBusOptions {
   double pace = 0.0;
   /// Where the program's own messages go while it works from a log, e.g. into another log. Null:
   /// nowhere.
-  Handler published;
+  Handler published{};
 };
 
 /// Plays a recording to its subscribers, in this thread, in recorded order, losing none: the same
@@ -41,7 +41,7 @@ class LogBus : public Bus {
     Handler handler;
   };
   bool WaitUntilDue(const LogEvent& event, core::MonoTime deadline);
-  void Deliver(const LogEvent& event);
+  int Deliver(const LogEvent& event);
   const std::vector<std::size_t>& Matching(std::string_view channel);
 
   EventLogReader reader_;
@@ -51,6 +51,7 @@ class LogBus : public Bus {
   std::optional<LogEvent> waiting_;  ///< read, but not due yet
   core::MonoTime start_mono_;
   std::int64_t start_time_utc_us_ = 0;
+  std::int64_t now_utc_us_ = 0;
   std::int64_t published_ = 0;
   bool at_end_ = false;
 };

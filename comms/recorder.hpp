@@ -21,7 +21,7 @@ RecordClass RecordClassOf(std::string_view channel);
 
 struct RecorderConfig {
   std::filesystem::path folder = "log";  ///< holds one folder a mission
-  std::string mission;  ///< "20260708T063000Z"; taken already: "-1", "-2", ... is added
+  std::string mission{};  ///< "20260708T063000Z"; taken already: "-1", "-2", ... is added
   std::uint64_t segment_bytes = 256U << 20;
   core::Duration segment_duration = std::chrono::minutes(10);
   core::Duration navigation_sync = core::Milliseconds(100);  ///< what a power cut may cost

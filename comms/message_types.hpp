@@ -1,0 +1,32 @@
+#pragma once
+#include <kawara/ahrs_sample_t.hpp>
+#include <kawara/clock_t.hpp>
+#include <kawara/command_t.hpp>
+#include <kawara/config_t.hpp>
+#include <kawara/corrections_t.hpp>
+#include <kawara/counters_t.hpp>
+#include <kawara/event_t.hpp>
+#include <kawara/frame_t.hpp>
+#include <kawara/gnss_fix_t.hpp>
+#include <kawara/log_crc_t.hpp>
+#include <kawara/phase1_t.hpp>
+#include <kawara/pose_t.hpp>
+#include <kawara/raw_bytes_t.hpp>
+#include <type_traits>
+
+namespace kawara::comms {
+
+/// Calls f(std::type_identity<T>{}) for every message type of comms/lcmtypes.
+template <class F>
+void ForEachMessageType(F&& f) {
+  const auto each = [&f]<class... T>(std::type_identity<T>... type) { (f(type), ...); };
+  each(std::type_identity<ahrs_sample_t>{}, std::type_identity<clock_t>{},
+       std::type_identity<command_t>{}, std::type_identity<config_t>{},
+       std::type_identity<corrections_t>{}, std::type_identity<counters_t>{},
+       std::type_identity<event_t>{}, std::type_identity<frame_t>{},
+       std::type_identity<gnss_fix_t>{}, std::type_identity<log_crc_t>{},
+       std::type_identity<phase1_t>{}, std::type_identity<pose_t>{},
+       std::type_identity<raw_bytes_t>{});
+}
+
+}  // namespace kawara::comms
