@@ -124,9 +124,9 @@ bool CounterClock::PersistentlyLate(std::int64_t residual_ns) {
 }
 
 void CounterClock::AddToEnvelope(std::int64_t ticks, std::int64_t arrival_ns) {
+  if (window_open_ && ticks - window_start_ticks_ >= window_ticks_) CloseWindow();
   const double residual = static_cast<double>(arrival_ns) - Predict(ticks);
   if (residual < 0.0) offset_ns_ += residual;
-  if (window_open_ && ticks - window_start_ticks_ >= window_ticks_) CloseWindow();
   if (!window_open_) {
     window_open_ = true;
     window_start_ticks_ = ticks;
