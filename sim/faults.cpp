@@ -1,0 +1,114 @@
+#include "sim/faults.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <utility>
+
+namespace kawara::sim {
+namespace {
+
+constexpr double kDefaultLength_s = 5.0;
+constexpr double kLatest_s = 1e6;
+
+constexpr std::array<std::pair<FaultKind, const char*>, 13> kNames{{
+    {FaultKind::kGpsUnplug, "gps.unplug"},
+    {FaultKind::kGpsSilent, "gps.silent"},
+    {FaultKind::kGpsGarbage, "gps.garbage"},
+    {FaultKind::kGpsBadSum, "gps.badsum"},
+    {FaultKind::kGpsNoFix, "gps.nofix"},
+    {FaultKind::kGpsPower, "gps.power"},
+    {FaultKind::kAhrsUnplug, "ahrs.unplug"},
+    {FaultKind::kAhrsSilent, "ahrs.silent"},
+    {FaultKind::kAhrsGarbage, "ahrs.garbage"},
+    {FaultKind::kCameraHang, "camera.hang"},
+    {FaultKind::kCameraMiss, "camera.miss"},
+    {FaultKind::kCameraLate, "camera.late"},
+    {FaultKind::kCameraDisconnect, "camera.disconnect"},
+}};
+
+std::string AllNames() {
+  std::string names;
+  for (const auto& [kind, name] : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names;
+}
+
+tl::unexpected<core::Error> Wrong(std::string_view item, const std::string& what) {
+  return core::Fail(
+      core::ErrorCode::kInvalidArgument,
+      "fault '" + std::string(item) + "': " + what + "; expected e.g. \"t=30 gps.unplug 5s\"");
+}
+
+std::vector<std::string_view> SplitWords(std::string_view text) {
+  std::vector<std::string_view> words;
+  while (true) {
+    const std::size_t begin = text.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) return words;
+    text.remove_prefix(begin);
+    const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
+    words.push_back(text.substr(0, end));
+    text.remove_prefix(end);
+  }
+}
+
+/// A number of seconds in [0, kLatest_s], with or without a trailing 's'.
+std::optional<core::Duration> ParseSeconds(std::string_view word) {
+  if (!word.empty() && word.back() == 's') word.remove_suffix(1);
+  double seconds = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seconds);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  if (!(seconds >= 0.0 && seconds <= kLatest_s)) return std::nullopt;
+  return core::DurationFromSeconds(seconds);
+}
+
+core::Expected<Fault> ParseOne(std::string_view item) {
+  const std::vector<std::string_view> words = SplitWords(item);
+  if (words.size() < 2 || words.size() > 3)
+    return Wrong(item, "has " + std::to_string(words.size()) + " words");
+  Fault fault;
+  const auto begin = words[0].starts_with("t=") ? ParseSeconds(words[0].substr(2)) : std::nullopt;
+  if (!begin) return Wrong(item, "'" + std::string(words[0]) + "' is no time from the start");
+  fault.begin = *begin;
+  const auto* const named = std::find_if(
+      kNames.begin(), kNames.end(), [&](const auto& entry) { return words[1] == entry.second; });
+  if (named == kNames.end()) {
+    return Wrong(item, "'" + std::string(words[1]) + "' is none of " + AllNames());
+  }
+  fault.kind = named->first;
+  const auto length =
+      words.size() == 3 ? ParseSeconds(words[2]) : core::DurationFromSeconds(kDefaultLength_s);
+  if (!length || length->count() == 0)
+    return Wrong(item, "'" + std::string(words[2]) + "' is no length of time");
+  fault.length = *length;
+  return fault;
+}
+
+}  // namespace
+
+const char* ToString(FaultKind kind) {
+  for (const auto& [known, name] : kNames) {
+    if (known == kind) return name;
+  }
+  return "?";
+}
+
+core::Expected<std::vector<Fault>> ParseFaults(std::string_view text) {
+  std::vector<Fault> faults;
+  while (true) {
+    const std::size_t semicolon = text.find(';');
+    core::Expected<Fault> fault = ParseOne(text.substr(0, semicolon));
+    if (!fault) return tl::unexpected(fault.error());
+    faults.push_back(*fault);
+    if (semicolon == std::string_view::npos) return faults;
+    text.remove_prefix(semicolon + 1);
+  }
+}
+
+bool FaultPlan::Active(FaultKind kind, core::Duration since_start) const {
+  return std::any_of(faults_.begin(), faults_.end(), [&](const Fault& fault) {
+    return fault.kind == kind && fault.Covers(since_start);
+  });
+}
+
+}  // namespace kawara::sim

@@ -1,0 +1,55 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/time.hpp"
+
+namespace kawara::sim {
+
+enum class FaultKind {
+  kGpsUnplug,   ///< cable out: the device node goes away, and comes back under another number
+  kGpsSilent,   ///< open, but nothing comes
+  kGpsGarbage,  ///< the right amount of wrong bytes
+  kGpsBadSum,   ///< every sentence with a wrong checksum
+  kGpsNoFix,    ///< the receiver says that it has no solution
+  kGpsPower,    ///< power off; comes back with what was saved, or the defaults
+  kAhrsUnplug,
+  kAhrsSilent,
+  kAhrsGarbage,
+  kCameraHang,        ///< connected, but no frames and no answer
+  kCameraMiss,        ///< triggers are lost
+  kCameraLate,        ///< frames come one trigger period late
+  kCameraDisconnect,  ///< the socket closes; nobody listens until the end of the fault
+};
+const char* ToString(FaultKind kind);  ///< as in the option: "gps.unplug"
+
+/// One thing that goes wrong, counted from the start of the run.
+struct Fault {
+  FaultKind kind{};
+  core::Duration begin{};
+  core::Duration length{};
+  bool Covers(core::Duration since_start) const {
+    return since_start >= begin && since_start < begin + length;
+  }
+};
+
+/// "t=30 gps.unplug 5s": seconds from the start of the run, what, for how long (default 5 s).
+/// Several in one text are separated by ';'. Errors: kInvalidArgument, saying what was found and
+/// what is possible.
+core::Expected<std::vector<Fault>> ParseFaults(std::string_view text);
+
+/// All faults of a run. Immutable after construction; any thread.
+class FaultPlan {
+ public:
+  FaultPlan() = default;
+  explicit FaultPlan(std::vector<Fault> faults) : faults_(std::move(faults)) {}
+  bool Active(FaultKind kind, core::Duration since_start) const;
+  const std::vector<Fault>& faults() const { return faults_; }
+
+ private:
+  std::vector<Fault> faults_;
+};
+
+}  // namespace kawara::sim
