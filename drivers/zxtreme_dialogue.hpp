@@ -1,41 +1,28 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 #include "core/events.hpp"
-#include "core/fixed_text.hpp"
 #include "core/time.hpp"
 #include "drivers/gnss_message.hpp"
+#include "drivers/zxtreme_steps.hpp"
 
 namespace kawara::drivers {
-
-struct ZXtremeConfig {
-  char data_port = 'A';       ///< receiver's port our cable is in; the receiver's own answer wins
-  char rtcm_port = 'B';       ///< port the corrections come in by; may be the same
-  int rtcm_baud_bps = 0;      ///< speed of that port; 0: leave it
-  double period_s = 0.1;      ///< of epochs and sentences
-  double pps_period_s = 1.0;  ///< 0: off
-  double pps_offset_ms = 0.0;
-  char pps_edge = 'R';
-  char event_edge = 'R';  ///< edge of the shutter pulse that is time-tagged
-  int dynamics = 3;       ///< CPD,DYN: 2 walking, 3 car
-  bool save = false;      ///< SAV: keep the settings over power-off
-  core::Duration reply_timeout = core::Seconds(1);
-  int tries = 3;
-};
 
 /// Sets up a Z-Xtreme (Z-Family) receiver as RTK rover and listens to what it answers. A state
 /// machine without I/O: replies and time go in, command bytes and events come out.
 ///
-/// Order: who are you (RID), which port is this (PRT), everything off, corrections port BEFORE
-/// rover mode (the other way round disables CPD), CPD options, periods, the wanted sentences on,
-/// PPS and event edge with read-back, and the settings are stored only if asked for. Each command
-/// waits for ACK or its own reply, is repeated after the time-out, and each one that fails gives
-/// one event that says what was sent and what came back. A receiver that answers nothing at all is
-/// taken for a plain NMEA one and left as it is. Corrections must be held back until
-/// corrections_allowed(): some receivers hang when they come in between. Source: Z-Family Technical
-/// Reference Manual p.35-37, 60-64, 120-128; gpsd (ACK, NAK, RID). Never throws, never allocates.
-/// One thread.
+/// Each command of zxtreme_steps.hpp waits for ACK or its own reply and is repeated after the
+/// time-out; each one that fails gives one event that says what was sent, what came back and what
+/// that means. What the receiver answers about itself (identity, port, PPS, event edge) is read
+/// back and compared. A receiver that answers nothing at all is taken for a plain NMEA one and left
+/// as it is; one that falls silent halfway is given up after three commands.
+/// An ACK does not say which command it is for: after a repeated one the dialogue waits until late
+/// answers have passed.
+/// Corrections must be held back until corrections_allowed(): receivers are known to hang when they
+/// come in while being configured.
+///
+/// Never throws, never allocates. One thread.
 class ZXtremeDialogue {
  public:
   enum class State : std::uint8_t {
@@ -45,23 +32,51 @@ class ZXtremeDialogue {
     kPartly,      ///< done, but something was refused or not answered; events said what
     kGeneric,     ///< nobody answered: not an Ashtech receiver, or our line to it is cut
   };
-  using Command = core::FixedText<96>;
 
-  explicit ZXtremeDialogue(const ZXtremeConfig& config);
+  explicit ZXtremeDialogue(const ZXtremeConfig& config) : config_(config) {}
 
   /// (Re)starts the dialogue: at start-up and after every reconnect.
   void Start(core::MonoTime now);
+  /// Every message of the stream, also those that are no replies.
   void OnMessage(core::MonoTime now, const GnssMessage& message, core::Events& events);
   /// The next bytes to write to the receiver, or empty. Call it after OnMessage and at 10 Hz or
   /// more.
-  Command Poll(core::MonoTime now, core::Events& events);
+  ZXtremeCommand Poll(core::MonoTime now, core::Events& events);
 
   State state() const { return state_; }
   bool corrections_allowed() const { return state_ >= State::kConfigured; }
+  /// Port letter of our line as the receiver named it; else as configured.
+  char data_port() const { return data_port_; }
+  /// "UZ,30,ZC00,..." as the receiver said it; empty before.
+  std::string_view identity() const { return identity_.view(); }
+  /// Steps that were refused, not answered or not as asked.
+  int failed_steps() const { return failed_; }
 
  private:
+  const ZXtremeStep& step() const { return ZXtremeSteps()[step_]; }
+  void OnAck(core::MonoTime now, bool accepted, core::Events& events);
+  void OnIdentity(core::MonoTime now, const AshtechIdentity& identity, core::Events& events);
+  void OnPort(core::MonoTime now, const AshtechPort& port, core::Events& events);
+  void OnPps(core::MonoTime now, const AshtechPps& pps, core::Events& events);
+  void OnEventEdge(core::MonoTime now, const AshtechEventEdge& edge, core::Events& events);
+  void OnTimeout(core::MonoTime now, core::Events& events);
+  void FailStep(core::MonoTime now, std::string_view what, core::Events& events);
+  void NextStep(core::MonoTime now);
+  void Finish(core::MonoTime now, core::Events& events);
+
   ZXtremeConfig config_;
   State state_ = State::kIdle;
+  std::size_t step_ = 0;
+  int try_ = 0;           ///< of this step, from 1 once sent
+  bool waiting_ = false;  ///< a command is out
+  bool alive_ = false;    ///< it has answered something
+  int silent_steps_ = 0;  ///< in a row
+  int failed_ = 0;
+  core::MonoTime deadline_;    ///< of the answer
+  core::MonoTime send_after_;  ///< late answers pass before this
+  char data_port_ = 'A';
+  core::FixedText<80> identity_;
+  core::FixedText<80> said_;  ///< what it said in words (XMG) while a command was out
 };
 
 }  // namespace kawara::drivers
