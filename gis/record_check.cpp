@@ -157,7 +157,9 @@ core::Expected<void> CheckRecord(const PoseRecord& record) {
 
 core::Expected<void> CheckRecord(const PanoramaRecord& record) {
   if (auto names = CheckNames(record.robot, record.mission); !names) return names;
-  if (record.epoch < 1) return Refuse("epoch = " + std::to_string(record.epoch) + ": below 1");
+  constexpr std::int64_t kLastEpoch = 1'000'000'000'000;
+  if (record.epoch < 1 || record.epoch > kLastEpoch)
+    return Refuse("epoch = " + std::to_string(record.epoch) + ": out of 1..1e12");
   if (record.stage != PictureStage::kPreview && record.stage != PictureStage::kFull)
     return Refuse("stage unknown");
   if (static_cast<unsigned>(record.reason) > static_cast<unsigned>(PictureReason::kCommand))
