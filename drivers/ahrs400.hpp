@@ -80,6 +80,8 @@ class Ahrs400Decoder {
   const Ahrs400Stats& stats() const { return stats_; }
   const CounterClock& clock() const { return clock_; }
   bool locked() const { return locked_; }
+  /// Inside a call of the sink: place in the stream of the first byte of what it is given.
+  std::uint64_t position() const { return buffer_.position(); }
 
  private:
   enum class Verdict { kNothing, kNeedMore, kPacket, kVersion, kSerial };

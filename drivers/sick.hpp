@@ -110,6 +110,8 @@ class SickDecoder {
   void Finish(SickSink& sink);
   void Reset();
   const SickStats& stats() const { return stats_; }
+  /// Inside a call of the sink: place in the stream of the first byte of what it is given.
+  std::uint64_t position() const { return buffer_.position(); }
 
  private:
   enum class Shape { kNo, kNeedMore, kWhole };

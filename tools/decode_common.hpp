@@ -13,6 +13,10 @@ namespace kawara::tools {
 struct DecodeOptions {
   bool summary_only = false;      ///< --summary: the last line alone
   std::string receiver = "nmea";  ///< --receiver, for gps: which encoding of quality and units
+  int scaling = 100;              ///< --scaling, for ahrs: the unit's model suffix, 100 or 200
+  int acceleration_sign = 1;      ///< --acceleration-sign, for ahrs: -1 reverses
+  bool voltage = false;           ///< --voltage, for ahrs: 24-byte packets hold voltages
+  int range_bits = 13;            ///< --range-bits, for sick: the rest of a value are flags
 };
 
 /// How often each type came. Types are bounded, so that garbage cannot make this grow: what does

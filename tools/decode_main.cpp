@@ -43,6 +43,19 @@ int main(int argc, char** argv) {
                  "For gps: whose codes and units, where makers disagree")
       ->check(CLI::IsMember({"nmea", "ashtech-legacy", "ashtech"}))
       ->capture_default_str();
+  app.add_option("--scaling", options.scaling, "For ahrs: the unit is a -100 or a -200")
+      ->check(CLI::IsMember({100, 200}))
+      ->capture_default_str();
+  app.add_option("--acceleration-sign", options.acceleration_sign,
+                 "For ahrs: -1 reverses accelerations (units that send +1 g on z when level)")
+      ->check(CLI::IsMember({1, -1}))
+      ->capture_default_str();
+  app.add_flag("--voltage", options.voltage,
+               "For ahrs: 24-byte packets are voltages, not scaled data");
+  app.add_option("--range-bits", options.range_bits,
+                 "For sick: bits of a value that are range (8 m mode 13, 16 m 14, 32 m 15, 80 m 16)")
+      ->check(CLI::Range(13, 16))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
