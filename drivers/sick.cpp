@@ -116,7 +116,9 @@ void SickDecoder::Parse(SickSink& sink, bool ended) {
         if (SickCrc(data.first(total - 2)) == LittleEndian(data, total - 2)) {
           Take(total, sink);
         } else {
-          ++stats_.bad_checksum;
+          // Inside a damaged telegram much looks like a short one; those are no telegrams of their
+          // own.
+          if (in_step_ || IsScan(data[kHeaderBytes])) ++stats_.bad_checksum;
           Skip(1);
         }
         break;

@@ -86,7 +86,7 @@ class SickSink {
 struct SickStats {
   std::uint64_t telegrams = 0;
   std::uint64_t scans = 0;
-  std::uint64_t bad_checksum = 0;  ///< whole telegrams of a likely shape with a wrong CRC
+  std::uint64_t bad_checksum = 0;  ///< of telegrams that were due, and of scans anywhere
   std::uint64_t bad_scans = 0;     ///< good CRC, but count and length disagree
   std::uint64_t acks = 0;
   std::uint64_t naks = 0;
