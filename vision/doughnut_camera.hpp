@@ -25,8 +25,9 @@ struct DoughnutParameters {
   bool mirrored = false;
   double v_scale = 1.0;  ///< pixel aspect: rows per column of the same length on the sensor
 
-  /// The same optics seen in a picture reduced to width x height (JPEG's scaled decoding).
-  DoughnutParameters Resized(int new_width_px, int new_height_px) const;
+  /// The same optics in a picture that the JPEG decoder reduced to eighths / 8 (1..8), sizes
+  /// rounded up.
+  DoughnutParameters Scaled(int eighths) const;
 
   template <class V>
   void Visit(V& v) {

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -52,10 +51,11 @@ struct SourceFrame {
 
 /// A picture ready but for its metadata (InsertPanoramaMetadata, once the pose is known).
 struct EncodedPicture {
-  std::span<const std::uint8_t> jpeg;  ///< lives until the next call of the same method
+  /// Lives until the next call of the same method, and in pass-through not longer than the frame's
+  /// bytes.
+  std::span<const std::uint8_t> jpeg;
   PanoramaGeometry geometry;
-  /// The camera's own bytes when its EXIF and XMP should be carried over; empty for an unwrapped
-  /// doughnut.
+  /// Not empty: take the camera's EXIF and XMP from here (a re-encoded pass-through picture).
   std::span<const std::uint8_t> original;
 };
 
