@@ -1,6 +1,7 @@
 #include "vision/remap_table.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -177,6 +178,7 @@ void RemapTable::ApplyRows(const ConstImageView& source, const ImageView& target
 void RemapTable::Apply(const ConstImageView& source, const ImageView& target, int threads) const {
   CORE_CHECK(source.width_px == source_width_px_ && source.height_px == source_height_px_);
   CORE_CHECK(target.width_px == target_width_px_ && target.height_px == target_height_px_);
+  threads = std::min(threads, tbb::info::default_concurrency());
   if (threads <= 1) {
     ApplyRows(source, target, 0, target_height_px_);
     return;

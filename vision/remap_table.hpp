@@ -46,8 +46,8 @@ class RemapTable {
                                const Eigen::Matrix3d& R_source_target, int max_samples = 4);
 
   /// Fills `target` from `source`; sizes must be those of the cameras (CORE_CHECK). Parallel over
-  /// bands of rows if threads > 1 (oneTBB); with 1 it stays in the calling thread and allocates
-  /// nothing.
+  /// bands of rows if threads > 1 (oneTBB, no more than the machine has); with 1 it stays in the
+  /// calling thread and allocates nothing.
   void Apply(const ConstImageView& source, const ImageView& target, int threads = 1) const;
 
   int source_width_px() const { return source_width_px_; }
