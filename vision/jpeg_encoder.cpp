@@ -25,6 +25,7 @@ struct JpegEncoder::Impl {
   std::unique_ptr<std::uint8_t[]> buffer;
   std::size_t capacity = 0;
   bool created = false;
+  bool made_progressive = false;
 
   ~Impl() {
     if (created) jpeg_destroy_compress(&info);
@@ -40,6 +41,13 @@ bool JpegEncoder::Impl::Run(const ConstImageView& picture, const JpegOptions& op
     if (created) jpeg_abort_compress(&info);
     return false;
   }
+  // A progressive picture leaves its own Huffman tables behind, and jpeg_set_defaults does not
+  // replace tables that are there: a baseline picture coded with them is broken.
+  if (created && made_progressive != options.progressive) {
+    jpeg_destroy_compress(&info);
+    created = false;
+  }
+  made_progressive = options.progressive;
   if (!created) {
     jpeg_create_compress(&info);
     created = true;
@@ -63,8 +71,6 @@ bool JpegEncoder::Impl::Run(const ConstImageView& picture, const JpegOptions& op
   if (options.progressive) {
     jpeg_simple_progression(&info);
   } else {
-    info.scan_info = nullptr;
-    info.num_scans = 0;
     info.restart_in_rows = 1;
   }
   jpeg_start_compress(&info, TRUE);

@@ -30,15 +30,15 @@ std::vector<Remapping> Remappings() {
     all.push_back({std::move(name), std::make_unique<decltype(source)>(source),
                    std::make_unique<decltype(target)>(target), R});
   };
-  const DoughnutCamera ring = *DoughnutCamera::Create(TestDoughnut(256));
+  const DoughnutCamera ring = *DoughnutCamera::Create(TestDoughnut(160));
   const EquirectangularCamera band =
-      *EquirectangularCamera::Create(PanoramaGeometry::Band(770, ring.Elevations()));
+      *EquirectangularCamera::Create(PanoramaGeometry::Band(454, ring.Elevations()));
   const EquirectangularCamera small =
       *EquirectangularCamera::Create(PanoramaGeometry::Band(130, ring.Elevations()));
   add("ring to panorama", ring, band);
   add("ring to small panorama: several samples a pixel", ring, small);
   add("ring to panorama, turned", ring, band, core::RotationNedFromBody({0.1, -0.2, 0.7}));
-  add("panorama to ring", Panorama(512, 256), ring);
+  add("panorama to ring", Panorama(300, 150), ring);
   add("panorama to itself: every last pixel", Panorama(66, 33), Panorama(66, 33));
   add("panorama enlarged", Panorama(64, 32), Panorama(201, 100));
   add("panorama reduced 5 times", Panorama(640, 320), Panorama(128, 64));
@@ -189,11 +189,11 @@ TEST(RemapTable, AConstantPictureStaysConstant) {
 }
 
 TEST(RemapTable, OutsideTheRingIsBlack) {
-  DoughnutParameters p = TestDoughnut(256);
+  DoughnutParameters p = TestDoughnut(160);
   const DoughnutCamera ring = *DoughnutCamera::Create(p);
   const EquirectangularCamera sphere = Panorama(512, 256);
   const auto table = RemapTable::Build(ring, sphere, kNoTurn);
-  TestImage source(256, 256), target(512, 256);
+  TestImage source(160, 160), target(512, 256);
   source.Fill(200, 200, 200);
   target.Fill(9, 9, 9);
   table->Apply(source.view(), target.view());
@@ -228,11 +228,11 @@ TEST(RemapTable, ADenserSourceIsAveraged) {
 }
 
 TEST(RemapTable, PanoramaToRingAndBackKeepsThePicture) {
-  const DoughnutCamera ring = *DoughnutCamera::Create(TestDoughnut(2048));
+  const DoughnutCamera ring = *DoughnutCamera::Create(TestDoughnut(1024));
   const EquirectangularCamera band = *EquirectangularCamera::Create(
-      PanoramaGeometry::Band(2048, {-45 * core::kRadFromDeg, 25 * core::kRadFromDeg}));
+      PanoramaGeometry::Band(1024, {-45 * core::kRadFromDeg, 25 * core::kRadFromDeg}));
   const TestImage original = WaveImage(band.width_px(), band.height_px());
-  TestImage doughnut(2048, 2048), back(band.width_px(), band.height_px());
+  TestImage doughnut(1024, 1024), back(band.width_px(), band.height_px());
   RemapTable::Build(band, ring, kNoTurn)->Apply(original.view(), doughnut.view());
   RemapTable::Build(ring, band, kNoTurn)->Apply(doughnut.view(), back.view());
   const int margin = 4;  // the band's rim is half black in the ring
