@@ -1,5 +1,6 @@
 #include "drivers/gnss_fix.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
