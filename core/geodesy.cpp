@@ -24,9 +24,8 @@ Geodetic GeodeticFromEcef(const Eigen::Vector3d& ecef_m) {
 
 LocalEnu::LocalEnu(const Geodetic& origin)
     : origin_(origin),
-      plane_(std::make_shared<GeographicLib::LocalCartesian>(origin.lat_rad * kDegFromRad,
-                                                             origin.lon_rad * kDegFromRad,
-                                                             origin.h_ellipsoidal_m)) {}
+      plane_(std::make_shared<GeographicLib::LocalCartesian>(
+          origin.lat_rad * kDegFromRad, origin.lon_rad * kDegFromRad, origin.h_ellipsoidal_m)) {}
 
 Eigen::Vector3d LocalEnu::FromGeodetic(const Geodetic& g) const {
   Eigen::Vector3d p;
@@ -41,17 +40,32 @@ Geodetic LocalEnu::ToGeodetic(const Eigen::Vector3d& enu_m) const {
   return {lat_deg * kRadFromDeg, lon_deg * kRadFromDeg, h};
 }
 
+namespace {
+
+/// Columns: north, east, down at g, in earth-centred axes.
+Eigen::Matrix3d RotationEcefFromNed(const Geodetic& g) {
+  const double sin_lat = std::sin(g.lat_rad), cos_lat = std::cos(g.lat_rad);
+  const double sin_lon = std::sin(g.lon_rad), cos_lon = std::cos(g.lon_rad);
+  Eigen::Matrix3d R;
+  R << -sin_lat * cos_lon, -sin_lon, -cos_lat * cos_lon,  //
+      -sin_lat * sin_lon, cos_lon, -cos_lat * sin_lon,    //
+      cos_lat, 0.0, -sin_lat;
+  return R;
+}
+
+}  // namespace
+
+// Through earth-centred coordinates: exact, and indifferent to poles and antimeridian, where the
+// usual division by the radii of curvature is neither (4 cm in 100 m at 89 degrees).
 Geodetic OffsetNed(const Geodetic& g, const Eigen::Vector3d& ned_m) {
-  constexpr double kA = 6378137.0;
-  constexpr double kE2 = 6.69437999014131699614e-3;
-  const double s = std::sin(g.lat_rad);
-  const double w2 = 1.0 - kE2 * s * s;
-  const double prime_vertical = kA / std::sqrt(w2);
-  const double meridian = prime_vertical * (1.0 - kE2) / w2;
-  return {g.lat_rad + ned_m.x() / (meridian + g.h_ellipsoidal_m),
-          WrapPi(g.lon_rad +
-                 ned_m.y() / ((prime_vertical + g.h_ellipsoidal_m) * std::cos(g.lat_rad))),
-          g.h_ellipsoidal_m - ned_m.z()};
+  if (ned_m.isZero(0.0)) return g;
+  Geodetic moved = GeodeticFromEcef(EcefFromGeodetic(g) + RotationEcefFromNed(g) * ned_m);
+  moved.lon_rad = WrapPi(moved.lon_rad);
+  return moved;
+}
+
+Eigen::Vector3d NedBetween(const Geodetic& from, const Geodetic& to) {
+  return RotationEcefFromNed(from).transpose() * (EcefFromGeodetic(to) - EcefFromGeodetic(from));
 }
 
 Eigen::Matrix3d RotationNedFromBody(const Attitude& a) {
@@ -62,8 +76,12 @@ Eigen::Matrix3d RotationNedFromBody(const Attitude& a) {
 }
 
 Attitude AttitudeFromRotation(const Eigen::Matrix3d& R) {
-  const double s = std::clamp(-R(2, 0), -1.0, 1.0);
-  return {std::atan2(R(2, 1), R(2, 2)), std::asin(s), std::atan2(R(1, 0), R(0, 0))};
+  const double cos_pitch = std::hypot(R(2, 1), R(2, 2));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  // Looking straight up or down only the sum or difference of roll and yaw exists: all of it is
+  // called yaw.
+  if (cos_pitch < 1e-9) return {0.0, pitch, WrapPi(std::atan2(-R(0, 1), R(1, 1)))};
+  return {WrapPi(std::atan2(R(2, 1), R(2, 2))), pitch, WrapPi(std::atan2(R(1, 0), R(0, 0)))};
 }
 
 double WrapPi(double angle_rad) {

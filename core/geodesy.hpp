@@ -22,7 +22,8 @@ struct Geodetic {
 Eigen::Vector3d EcefFromGeodetic(const Geodetic& g);
 Geodetic GeodeticFromEcef(const Eigen::Vector3d& ecef_m);
 
-/// Tangent plane east, north, up [m] at an origin (GeographicLib::LocalCartesian). Immutable; any thread.
+/// Tangent plane east, north, up [m] at an origin (GeographicLib::LocalCartesian). Immutable; any
+/// thread.
 class LocalEnu {
  public:
   explicit LocalEnu(const Geodetic& origin);
@@ -35,18 +36,24 @@ class LocalEnu {
   std::shared_ptr<const GeographicLib::LocalCartesian> plane_;
 };
 
-/// Moves a position by a few metres north/east/down without building a LocalEnu (error < 1e-6 of the offset
-/// below 100 m, latitudes within +-89 deg). Real-time safe.
+/// The point north/east/down [m] of g (in the tangent plane at g; so 100 m on it is 0.8 mm above
+/// the ellipsoid). Good to a nanometre or so at any place and distance, poles included. Real-time
+/// safe.
 Geodetic OffsetNed(const Geodetic& g, const Eigen::Vector3d& ned_m);
+/// North, east, down [m] from `from` to `to` in the tangent plane at `from`: the inverse of
+/// OffsetNed. Real-time safe.
+Eigen::Vector3d NedBetween(const Geodetic& from, const Geodetic& to);
 
-/// Roll, pitch, yaw [rad], ZYX from north-east-down to forward-right-down: T_ned_body = Rz(yaw) Ry(pitch) Rx(roll).
+/// Roll, pitch, yaw [rad], ZYX from north-east-down to forward-right-down: T_ned_body = Rz(yaw)
+/// Ry(pitch) Rx(roll).
 struct Attitude {
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
   double yaw_rad = 0.0;
 };
 Eigen::Matrix3d RotationNedFromBody(const Attitude& a);
-/// Inverse of the above; pitch in [-pi/2, pi/2], roll and yaw in (-pi, pi].
+/// Inverse of the above; pitch in [-pi/2, pi/2], roll and yaw in (-pi, pi]. Looking straight up or
+/// down, roll is 0.
 Attitude AttitudeFromRotation(const Eigen::Matrix3d& R_ned_body);
 /// Into (-pi, pi].
 double WrapPi(double angle_rad);

@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <chrono>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 
 namespace kawara::core {
@@ -11,12 +13,14 @@ using Duration = std::chrono::nanoseconds;
 constexpr Duration Nanoseconds(std::int64_t ns) { return Duration(ns); }
 constexpr Duration Milliseconds(std::int64_t ms) { return std::chrono::milliseconds(ms); }
 constexpr Duration Seconds(std::int64_t s) { return std::chrono::seconds(s); }
-/// Nearest nanosecond. The argument must be finite and within +-9.2e9 s; otherwise the result is clamped.
+/// Nearest nanosecond. The argument must be finite and within +-9.2e9 s; otherwise the result is
+/// clamped.
 Duration DurationFromSeconds(double seconds);
 constexpr double ToSeconds(Duration d) { return static_cast<double>(d.count()) * 1e-9; }
 
-/// A point on one named time scale, as integer nanoseconds since that scale's epoch. Points of different
-/// scales do not compare, subtract or convert implicitly: that is the purpose of the type.
+/// A point on one named time scale, as integer nanoseconds since that scale's epoch. Points of
+/// different scales do not compare, subtract or convert implicitly: that is the purpose of the
+/// type.
 template <class Scale>
 class TimePoint {
  public:
@@ -46,10 +50,11 @@ struct UtcScale {};
 struct MonoScale {};
 /// Since 1980-01-06 00:00:00 GPS; continuous, no leap seconds.
 using GpsTime = TimePoint<GpsScale>;
-/// Since 1970-01-01 00:00:00 UTC counted as POSIX does: 86400 s a day, a leap second shares its number
-/// with the second after it.
+/// Since 1970-01-01 00:00:00 UTC counted as POSIX does: 86400 s a day, a leap second shares its
+/// number with the second after it.
 using UtcTime = TimePoint<UtcScale>;
-/// CLOCK_MONOTONIC of this machine since its boot. Arrival stamps and deadlines; means nothing elsewhere.
+/// CLOCK_MONOTONIC of this machine since its boot. Arrival stamps and deadlines; means nothing
+/// elsewhere.
 using MonoTime = TimePoint<MonoScale>;
 
 /// CLOCK_MONOTONIC now. Real-time safe.
@@ -66,11 +71,13 @@ struct GpsWeekTime {
 GpsWeekTime ToWeek(GpsTime t);
 GpsTime FromWeek(GpsWeekTime w);
 
-/// The week number nearest to `reference` that equals `week_mod_1024` modulo 1024 (roll-overs 1999, 2019, 2038).
+/// The week number nearest to `reference` that equals `week_mod_1024` modulo 1024 (roll-overs 1999,
+/// 2019, 2038).
 std::int32_t ResolveWeek(std::int32_t week_mod_1024, GpsTime reference);
 /// The time with this time of week nearest to `reference` (within half a week).
 GpsTime ResolveTimeOfWeek(Duration time_of_week, GpsTime reference);
-/// The time with this time of day [0, 24 h] nearest to `reference` (within 12 h): midnight is handled here.
+/// The time with this time of day [0, 24 h] nearest to `reference` (within 12 h): midnight is
+/// handled here.
 UtcTime ResolveTimeOfDay(Duration time_of_day, UtcTime reference);
 
 /// GPS minus UTC. Knows the table of IERS Bulletin C up to the release date; a newer announcement
@@ -80,14 +87,21 @@ class LeapSeconds {
   /// GPS - UTC [s] in force at t (18 since 2017-01-01).
   int OffsetAt(UtcTime t) const;
   int OffsetAt(GpsTime t) const;
-  /// From `since` on GPS - UTC is `offset_s`. Only later and adjacent (+-1 s) announcements are accepted.
+  /// From `since` on GPS - UTC is `offset_s`. Accepted: what is in force anyway, and a change by
+  /// one second after everything known so far (at most 8). False: refused, nothing changed.
   bool Announce(UtcTime since, int offset_s);
 
  private:
-  UtcTime announced_since_{};
-  int announced_offset_s_ = 0;  ///< 0: none
+  struct Announcement {
+    UtcTime since;
+    int offset_s = 0;
+  };
+  std::array<Announcement, 8> announced_{};  ///< ascending
+  std::size_t announced_count_ = 0;
 };
 
+/// Of the two GPS seconds that share a number of UtcTime at a leap second, ToGps gives the later.
+/// All conversions saturate at the ends of 64 bits (years 1677 and 2262).
 UtcTime ToUtc(GpsTime t, const LeapSeconds& leaps = {});
 GpsTime ToGps(UtcTime t, const LeapSeconds& leaps = {});
 
@@ -97,7 +111,7 @@ struct CivilTime {
   std::int32_t nanosecond = 0;
 };
 CivilTime ToCivil(UtcTime t);
-/// No range check beyond what arithmetic needs; see IsValid.
+/// Saturates; otherwise no range check (see IsValid). Second 60 gives 00:00:00 of the next day.
 UtcTime FromCivil(const CivilTime& c);
 bool IsValid(const CivilTime& c);
 

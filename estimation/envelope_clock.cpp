@@ -37,13 +37,14 @@ const char* ToString(ClockSource s) {
 }
 
 EnvelopeClock::EnvelopeClock(const EnvelopeConfig& config)
-    : config_(config), bucket_s_(core::ToSeconds(config.window) / 60.0) {}
+    : config_(config),
+      bucket_s_(core::ToSeconds(config.window) / 60.0),
+      expected_sigma_(config.skew_sigma_ppm * 1e-6) {}
 
 void EnvelopeClock::Reset() {
   count_ = 0;
   samples_ = 0;
   candidate_ = {};
-  expected_slope_ = slope_;
 }
 
 EnvelopeClock::Result EnvelopeClock::Add(StreamTime stamp, core::MonoTime arrival) {
@@ -98,7 +99,6 @@ EnvelopeClock::Result EnvelopeClock::Doubt(const Point& p, double residual, bool
   if (!confirmed) return Result::kOutlier;
   const bool start_up = c.reason == Reason::kEarly && last_x_ - points_[0].x < kSettleS;
   if (!start_up) ++steps_;
-  expected_slope_ = slope_;
   const double last_x = c.last_x - c.lowest.x;
   Restart(c.lowest_stamp, c.lowest_arrival, arrival);
   last_x_ = last_x;
@@ -106,6 +106,9 @@ EnvelopeClock::Result EnvelopeClock::Doubt(const Point& p, double residual, bool
 }
 
 void EnvelopeClock::Restart(StreamTime stamp, core::MonoTime arrival, core::MonoTime now) {
+  // The crystals are the same as before: what was learned of the skew stays.
+  expected_sigma_ = ExpectedSlopeSigma();
+  learned_x_ = 0.0;
   anchor_stamp_ns_ = stamp.ns();
   anchor_y_ns_ = arrival.ns() - stamp.ns();
   count_ = 1;
@@ -145,45 +148,72 @@ void EnvelopeClock::Refit() {
               points_.begin() + static_cast<std::ptrdiff_t>(count_), points_.begin());
     count_ -= expired;
   }
-  const double expected_sigma = config_.skew_sigma_ppm * 1e-6;
-  const double start_sigma = config_.delay_sigma_s / static_cast<double>(samples_);
+  const double expected_sigma = ExpectedSlopeSigma();
+  edge_sigma_s_ = config_.delay_sigma_s / static_cast<double>(samples_);
   slope_ = expected_slope_;
   slope_sigma_ = expected_sigma;
-  edge_sigma_s_ = start_sigma;
-  const double span = points_[count_ - 1].x - points_[0].x;
-  const auto touch = [this](double slope) {
-    const auto lowest = std::min_element(
-        points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>(count_),
-        [&](const Point& a, const Point& b) { return a.y - slope * a.x < b.y - slope * b.x; });
-    offset_ = lowest->y - slope * lowest->x;
-    touch_x_ = lowest->x;
-  };
-  if (count_ >= 3) {
-    const double edge_slope = EdgeSlope();
-    touch(edge_slope);
-    // The least delay of each bucket scatters above the edge; the edge, resting on the least of all
-    // of them, is better known than each by at least the root of their number.
-    double sum = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      sum += Square(points_[i].y - (offset_ + edge_slope * points_[i].x));
+  // The newest bucket is still open: what it holds so far may be no minimum at all. It can lower
+  // the line, but says nothing about its slope and scatter.
+  const std::size_t closed = count_ - 1;
+  if (closed >= 3) {
+    const double edge_slope = EdgeSlope(closed);
+    Touch(edge_slope);
+    // The least delays of the buckets scatter above the edge; the edge, resting on the least of all
+    // of them, is better known than each by the root of their number. Median: half the buckets may
+    // be bad.
+    std::array<double, kPoints> above;
+    for (std::size_t i = 0; i < closed; ++i) {
+      above[i] = points_[i].y - (offset_ + edge_slope * points_[i].x);
     }
-    const auto n = static_cast<double>(count_);
-    edge_sigma_s_ = std::max(start_sigma, 2.0 * std::sqrt(sum / n) / std::sqrt(n));
+    const auto middle = above.begin() + static_cast<std::ptrdiff_t>(closed / 2);
+    std::nth_element(above.begin(), middle, above.begin() + static_cast<std::ptrdiff_t>(closed));
+    edge_sigma_s_ = std::max(edge_sigma_s_, 3.0 * *middle / std::sqrt(static_cast<double>(closed)));
+    const double span = points_[closed - 1].x - points_[0].x;
     const double edge_slope_sigma = 2.0 * edge_sigma_s_ / span;
     const double weight =
         Square(expected_sigma) / (Square(expected_sigma) + Square(edge_slope_sigma));
-    const double limit = 10.0 * expected_sigma;
-    slope_ = expected_slope_ + std::clamp(weight * (edge_slope - expected_slope_), -limit, limit);
+    const double limit = 4.0 * expected_sigma;
+    slope_ += std::clamp(weight * (edge_slope - expected_slope_), -limit, limit);
     slope_sigma_ = std::sqrt(weight) * edge_slope_sigma;
   }
-  touch(slope_);
+  Touch(slope_);
+  Learn();
 }
 
-double EnvelopeClock::EdgeSlope() const {
+std::size_t EnvelopeClock::Lowest(std::size_t begin, std::size_t end, double slope) const {
+  std::size_t lowest = begin;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const double dx = points_[i].x - points_[lowest].x;
+    if (points_[i].y - points_[lowest].y < slope * dx) lowest = i;
+  }
+  return lowest;
+}
+
+void EnvelopeClock::Touch(double slope) {
+  const Point& lowest = points_[Lowest(0, count_, slope)];
+  offset_ = lowest.y - slope * lowest.x;
+  touch_x_ = lowest.x;
+}
+
+double EnvelopeClock::ExpectedSlopeSigma() const {
+  return std::min(
+      std::hypot(expected_sigma_, config_.skew_wander_ppm_s * 1e-6 * (last_x_ - learned_x_)),
+      config_.skew_sigma_ppm * 1e-6);
+}
+
+void EnvelopeClock::Learn() {
+  // Once a window, so that no sample speaks twice; tripled, because delays are not always kind.
+  if (last_x_ - learned_x_ < core::ToSeconds(config_.window)) return;
+  expected_sigma_ = std::min(3.0 * slope_sigma_, ExpectedSlopeSigma());
+  expected_slope_ = slope_;
+  learned_x_ = last_x_;
+}
+
+double EnvelopeClock::EdgeSlope(std::size_t count) const {
   // Lower hull, left to right (Andrew's monotone chain); points come sorted.
   std::array<Point, kPoints> hull;
   std::size_t n = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const Point& p = points_[i];
     while (n >= 2) {
       const Point& a = hull[n - 2];
@@ -193,12 +223,21 @@ double EnvelopeClock::EdgeSlope() const {
     }
     hull[n++] = p;
   }
-  const double middle = (points_[0].x + points_[count_ - 1].x) / 2.0;
+  const double middle = (points_[0].x + points_[count - 1].x) / 2.0;
   std::size_t right = 1;
   while (right + 1 < n && hull[right].x < middle) ++right;
   const Point& a = hull[right - 1];
   const Point& b = hull[right];
-  return (b.y - a.y) / (b.x - a.x);
+  double slope = (b.y - a.y) / (b.x - a.x);
+  // That edge may be short. Seen along it, the lowest points of the first and of the last third
+  // give a long lever.
+  const std::size_t third = count / 3;
+  for (int round = 0; round < 2; ++round) {
+    const Point& first = points_[Lowest(0, third, slope)];
+    const Point& last = points_[Lowest(count - third, count, slope)];
+    slope = (last.y - first.y) / (last.x - first.x);
+  }
+  return slope;
 }
 
 double EnvelopeClock::SigmaAt(double x) const {

@@ -34,11 +34,12 @@ struct EnvelopeConfig {
 /// that edge and change nothing.
 ///
 /// Method: one point (the earliest relative to the line) is kept per 1/60 of the window; the lower
-/// convex hull of these is rebuilt when it can have changed; its edge over the middle of the window
-/// gives the skew (the line under all points with the least total distance: Moon, Skelly, Towsley,
-/// INFOCOM 1999; Zhang, Liu, Xia, INFOCOM 2002), drawn towards the expected skew while the window
-/// is short; the line of that skew touching the hull gives the offset. Never steps the monotonic
-/// side; never reads a clock.
+/// convex hull of these is rebuilt when it can have changed. Its edge over the middle of the window
+/// is the line under all points with the least total distance (Moon, Skelly, Towsley, INFOCOM 1999;
+/// Zhang, Liu, Xia, INFOCOM 2002); the lowest points of the first and last third along that edge
+/// give the skew, drawn towards the skew of earlier windows while the present one says little; the
+/// line of that skew touching the hull gives the offset. Never steps the monotonic side; never
+/// reads a clock.
 ///
 /// Sigma: known latency (+) scatter of the edge (+) skew over the distance (+) wander in hold-over.
 /// Steps: samples earlier than possible, stamps running backwards, or far too late for long, are
@@ -72,8 +73,8 @@ class EnvelopeClock {
 
  private:
   static constexpr std::size_t kPoints = 64;
-  static constexpr std::size_t kKeep =
-      8;  ///< points that outlive the window when nothing newer comes
+  /// Points that outlive the window when nothing newer comes.
+  static constexpr std::size_t kKeep = 30;
 
   /// x: stamp - anchor [s]; y: (arrival - stamp) - the anchor's [s]. Small numbers, so doubles keep
   /// nanoseconds.
@@ -100,7 +101,14 @@ class EnvelopeClock {
   void Accept(const Point& p, double residual, core::MonoTime arrival);
   void Restart(StreamTime stamp, core::MonoTime arrival, core::MonoTime now);
   void Refit();
-  double EdgeSlope() const;
+  /// Index of the point farthest below a line of this slope.
+  std::size_t Lowest(std::size_t begin, std::size_t end, double slope) const;
+  /// Of the hull of the first `count` points, over the middle of their span, refined by the lowest
+  /// points of the first and last third.
+  double EdgeSlope(std::size_t count) const;
+  void Touch(double slope);
+  double ExpectedSlopeSigma() const;
+  void Learn();
   double SigmaAt(double x) const;
 
   const EnvelopeConfig config_;
@@ -121,7 +129,9 @@ class EnvelopeClock {
   double touch_x_ = 0.0;
   double edge_sigma_s_ = 0.0;
   double slope_sigma_ = 0.0;
-  double expected_slope_ = 0.0;
+  double expected_slope_ = 0.0;  ///< learned from earlier windows
+  double expected_sigma_ = 0.0;
+  double learned_x_ = 0.0;
 
   std::int64_t steps_ = 0;
   std::int64_t outliers_ = 0;

@@ -3,7 +3,7 @@
 
 #include "core/geodesy.hpp"
 
-/// Small vectors between neighbouring points, without trigonometry tables of their own.
+/// Changes of axes that the pose composer needs.
 namespace kawara::estimation {
 
 inline Eigen::Matrix3d EnuFromNed() {
@@ -21,8 +21,9 @@ inline Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
   return (Eigen::Matrix3d() << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0).finished();
 }
 
-/// East, north, up [m] from `from` to `to`; inverse of core::OffsetNed (in ENU) for points up to
-/// some 100 m apart.
-Eigen::Vector3d EnuBetween(const core::Geodetic& from, const core::Geodetic& to);
+/// East, north, up [m] from `from` to `to` in the tangent plane at `from`.
+inline Eigen::Vector3d EnuBetween(const core::Geodetic& from, const core::Geodetic& to) {
+  return EnuFromNed(core::NedBetween(from, to));
+}
 
 }  // namespace kawara::estimation

@@ -18,15 +18,6 @@ Eigen::Quaterniond RotationBy(const Eigen::Vector3d& angle_rad) {
 
 }  // namespace
 
-Eigen::Vector3d EnuBetween(const core::Geodetic& from, const core::Geodetic& to) {
-  // One metre north and east of `from` tell the scale; so this and core::OffsetNed cannot disagree.
-  const core::Geodetic scale = core::OffsetNed(from, {1.0, 1.0, 0.0});
-  const double north_rad = scale.lat_rad - from.lat_rad;
-  const double east_rad = core::WrapPi(scale.lon_rad - from.lon_rad);
-  return {core::WrapPi(to.lon_rad - from.lon_rad) / east_rad,
-          (to.lat_rad - from.lat_rad) / north_rad, to.h_ellipsoidal_m - from.h_ellipsoidal_m};
-}
-
 PoseComposer::AttitudeAt PoseComposer::AttitudeOf(core::MonoTime t) const {
   AttitudeAt at;
   at.sigma_rad.setConstant(core::kPi);

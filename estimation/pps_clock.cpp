@@ -65,6 +65,7 @@ void PpsClock::Lock(core::MonoTime edge, core::GpsTime second) {
   locked_ = true;
   votes_ = 0;
   refused_in_row_ = 0;
+  used_since_lock_ = 0;
   ref_gps_ = second;
   ref_mono_ = edge;
   last_pulse_ = edge;
@@ -85,23 +86,28 @@ PpsClock::Result PpsClock::Track(core::MonoTime edge) {
       ref_mono_ + (second - ref_gps_) + core::DurationFromSeconds(skew_ * dt_s);
   const double residual_s = core::ToSeconds(edge - predicted);
   const Covariance p = Propagated(dt_s);
-  const double noise = std::max(Square(config_.pulse_sigma_s), scatter_s2_);
-  const double innovation_var = p.oo + noise;
+  double innovation_var = p.oo + std::max(Square(config_.pulse_sigma_s), scatter_s2_);
   const double gate_s = std::max(config_.outlier_floor_s, 6.0 * std::sqrt(innovation_var));
   if (std::abs(residual_s) > gate_s) return Refuse(edge, residual_s);
   if (second == ref_gps_) {
     ++doubles_;
     return Result::kDouble;
   }
-  // The scatter follows what is seen, one sixteenth at a time, single large ones limited.
+  // The scatter follows what is seen, at the end one sixteenth at a time, single large ones
+  // limited.
   const double limited = std::min(Square(residual_s), 16.0 * innovation_var);
-  scatter_s2_ += (std::max(0.0, limited - p.oo) - scatter_s2_) / 16.0;
+  used_since_lock_ = std::min(used_since_lock_ + 1, 16);
+  scatter_s2_ += (std::max(0.0, limited - p.oo) - scatter_s2_) / used_since_lock_;
+  // Beyond three sigma a pulse counts for less the farther off it is.
+  innovation_var = std::max({innovation_var, Square(residual_s) / 9.0,
+                             p.oo + std::max(Square(config_.pulse_sigma_s), scatter_s2_)});
   const double gain_o = p.oo / innovation_var;
   const double gain_s = p.os / innovation_var;
   cov_ = {p.oo * (1.0 - gain_o), p.os * (1.0 - gain_o), p.ss - gain_s * p.os};
   ref_gps_ = second;
   ref_mono_ = predicted + core::DurationFromSeconds(gain_o * residual_s);
-  skew_ += gain_s * residual_s;
+  const double limit = 4.0 * config_.skew_sigma_ppm * 1e-6;
+  skew_ = std::clamp(skew_ + gain_s * residual_s, -limit, limit);
   last_pulse_ = edge;
   refused_in_row_ = 0;
   return Result::kUsed;

@@ -88,6 +88,7 @@ class PpsClock {
   core::MonoTime last_pulse_;  ///< last one used
   core::MonoTime last_edge_;   ///< last one seen
   core::MonoTime before_last_edge_;
+  int used_since_lock_ = 0;  ///< up to 16
   int refused_in_row_ = 0;
   double refused_residual_s_ = 0.0;
 
