@@ -35,8 +35,9 @@ void HeadingTracker::Elapse(double seconds, bool magnetic) {
 void HeadingTracker::AddCourse(double reference_yaw_rad, double course_rad, double speed_mps,
                                double velocity_sigma_mps) {
   if (!(speed_mps >= config_.min_course_speed_mps)) return;
+  const double velocity_sigma = std::max(velocity_sigma_mps, config_.velocity_floor_mps);
   const double measurement_var =
-      Square(config_.course_sigma_rad) + Square(velocity_sigma_mps / speed_mps);
+      Square(config_.course_sigma_rad) + Square(velocity_sigma / speed_mps);
   if (!known_) {
     Begin(core::WrapPi(course_rad - reference_yaw_rad), measurement_var);
     ++course_updates_;

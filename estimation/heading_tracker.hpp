@@ -11,10 +11,11 @@ struct HeadingConfig {
   double declination_rad =
       0.0;  ///< added to magnetic heading, here and nowhere else; east positive
   double magnetic_sigma_rad =
-      3.0 * core::kRadFromDeg;  ///< what steel nearby does to it (slowly changing)
-  double magnetic_wander_rad = 0.3 * core::kRadFromDeg;  ///< how fast that changes, per root second
+      4.0 * core::kRadFromDeg;  ///< slowly changing error of the compass (steel nearby)
+  double magnetic_wander_rad = 1.0 * core::kRadFromDeg;  ///< how fast that changes, per root second
   double gyro_wander_rad = 0.1 * core::kRadFromDeg;   ///< per root second, without magnetic heading
   double course_sigma_rad = 2.0 * core::kRadFromDeg;  ///< side slip: course against heading
+  double velocity_floor_mps = 0.1;  ///< receivers' velocities lag and sway by more than they say
   double min_course_speed_mps = 0.7;
   double max_course_rate_radps =
       5.0 * core::kRadFromDeg;  ///< in sharper turns course is not heading

@@ -59,19 +59,23 @@ void PoseComposer::AddFix(const core::GnssFix& fix, const GpsTimeline& clock) {
 
 void PoseComposer::UpdateHeading(const core::GnssFix& fix, const GpsTimeline& clock) {
   if (!clock.valid()) return;
-  const auto yaw = ReferenceYaw(clock.ToMono(fix.time).time);
-  if (!yaw) return;
+  const AttitudeAt at = AttitudeOf(clock.ToMono(fix.time).time);
+  if (!at.known) return;
+  const core::Attitude attitude = core::AttitudeFromRotation(at.ned_body.toRotationMatrix());
+  const double reference_yaw_rad = core::WrapPi(attitude.yaw_rad - heading_.offset_rad());
   if (fix.has_heading && std::isfinite(fix.heading_rad)) {
-    heading_.AddHeading(yaw->reference_rad, fix.heading_rad, kTwoAntennaSigmaRad);
+    heading_.AddHeading(reference_yaw_rad, fix.heading_rad, kTwoAntennaSigmaRad);
   }
   if (!fix.has_velocity || !fix.velocity_enu_mps.allFinite()) return;
-  if (std::abs(yaw->rate_radps) > config_.heading.max_course_rate_radps) return;
+  if (std::abs(YawRate(attitude, at.rate_radps)) > config_.heading.max_course_rate_radps) return;
   if (last_course_.IsSet() && fix.time - last_course_ < kCourseInterval) return;
-  const Eigen::Vector3d& v = fix.velocity_enu_mps;
-  const double speed_mps = v.head<2>().norm();
+  // The antenna on its mast sways; the course is that of the reference point.
+  const Eigen::Vector3d sway_ned = at.ned_body * at.rate_radps.cross(config_.lever_arm_frd_m);
+  const Eigen::Vector3d v_ned = NedFromEnu(fix.velocity_enu_mps) - sway_ned;
+  const double speed_mps = v_ned.head<2>().norm();
   if (speed_mps < config_.heading.min_course_speed_mps) return;
   last_course_ = fix.time;
-  heading_.AddCourse(yaw->reference_rad, std::atan2(v.x(), v.y()), speed_mps,
+  heading_.AddCourse(reference_yaw_rad, std::atan2(v_ned.y(), v_ned.x()), speed_mps,
                      fix.velocity_sd_enu_mps.head<2>().maxCoeff());
 }
 

@@ -94,13 +94,8 @@ class PoseComposer {
 
   void UpdateHeading(const core::GnssFix& fix, const GpsTimeline& clock);
   AttitudeAt AttitudeOf(core::MonoTime t) const;
-  /// Reference heading alone (without the tracked offset), and the turn rate; nullopt outside the
-  /// history.
-  struct Yaw {
-    double reference_rad = 0.0;
-    double rate_radps = 0.0;
-  };
-  std::optional<Yaw> ReferenceYaw(core::MonoTime t) const;
+  /// Heading at t as far as the attitude history goes.
+  std::optional<double> YawAt(core::MonoTime t) const;
   PositionAt PositionOf(core::GpsTime t, const GpsTimeline& clock) const;
   PositionAt Between(std::size_t first, core::GpsTime t) const;
   PositionAt Beyond(std::size_t last, core::GpsTime t, const GpsTimeline& clock) const;

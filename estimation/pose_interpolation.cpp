@@ -50,12 +50,10 @@ PoseComposer::AttitudeAt PoseComposer::AttitudeOf(core::MonoTime t) const {
   return at;
 }
 
-std::optional<PoseComposer::Yaw> PoseComposer::ReferenceYaw(core::MonoTime t) const {
+std::optional<double> PoseComposer::YawAt(core::MonoTime t) const {
   const AttitudeAt at = AttitudeOf(t);
   if (!at.known) return std::nullopt;
-  const core::Attitude attitude = core::AttitudeFromRotation(at.ned_body.toRotationMatrix());
-  const Eigen::Vector3d rate_ned = at.ned_body * at.rate_radps;
-  return Yaw{core::WrapPi(attitude.yaw_rad - heading_.offset_rad()), rate_ned.z()};
+  return core::AttitudeFromRotation(at.ned_body.toRotationMatrix()).yaw_rad;
 }
 
 PoseComposer::Velocity PoseComposer::VelocityOf(std::size_t i) const {
@@ -144,9 +142,9 @@ PoseComposer::PositionAt PoseComposer::Beyond(std::size_t last, core::GpsTime t,
   // The turn since the fix bends the way: a chord of half the angle, shorter by its sinc.
   double turn_rad = 0.0;
   if (clock.valid()) {
-    const auto then = ReferenceYaw(clock.ToMono(fix.time).time);
-    const auto now = ReferenceYaw(clock.ToMono(t).time);
-    if (then && now) turn_rad = core::WrapPi(now->reference_rad - then->reference_rad);
+    const auto then = YawAt(clock.ToMono(fix.time).time);
+    const auto now = YawAt(clock.ToMono(t).time);
+    if (then && now) turn_rad = core::WrapPi(*now - *then);
   }
   const double half = turn_rad / 2.0;
   const double chord = std::abs(half) < 1e-6 ? 1.0 : std::sin(half) / half;
