@@ -127,8 +127,8 @@ class RecordingReader {
       : by_recorder_(recording.by_recorder),
         deliver_log_crc_(options.deliver_log_crc),
         stats_(&stats) {
-    // LOG.CRC takes part in the numbering, so it is read here even if it goes no further.
-    const LogScannerOptions scanner_options{options.max_event_bytes, true, recording.by_recorder};
+    const LogScannerOptions scanner_options{options.max_event_bytes, options.deliver_log_crc,
+                                            recording.by_recorder};
     for (LogChain& chain : recording.chains)
       chains_.emplace_back(std::move(chain), scanner_options, stats);
   }
@@ -159,14 +159,21 @@ class RecordingReader {
 
  private:
   bool IsWanted(const LogEvent& event) {
-    const bool log_crc = event.channel == kLogCrcChannel;
-    if (by_recorder_ && last_number_ && event.number <= *last_number_) {
-      stats_->duplicates += log_crc ? 0 : 1;
+    if (event.channel == kLogCrcChannel)
+      return deliver_log_crc_;  // repeats the number of the event before it
+    if (!by_recorder_) {
+      stats_->missing_numbers += gaps_.Add(event.number);
+      return true;
+    }
+    // CONFIG opens every segment as number 0. Otherwise a number comes again where the recorder
+    // wrote it again.
+    if (last_number_ && event.number <= *last_number_) {
+      stats_->duplicates += event.number != 0 ? 1 : 0;
       return false;
     }
     last_number_ = event.number;
-    stats_->missing_numbers += gaps_.Add(event.number);
-    return !log_crc || deliver_log_crc_;
+    if (event.number != 0) stats_->missing_numbers += gaps_.Add(event.number);
+    return true;
   }
 
   std::deque<ChainReader> chains_;  // their scanners' sinks point back at them

@@ -30,15 +30,11 @@ core::Expected<EventLogWriter> EventLogWriter::Create(const std::filesystem::pat
   return EventLogWriter(path, std::move(options), std::move(*file));
 }
 
-std::int64_t EventLogWriter::NextNumber() {
-  return options_.next_number ? options_.next_number() : own_number_++;
-}
-
 core::Expected<void> EventLogWriter::Append(std::int64_t time_utc_us, std::string_view channel,
                                             std::span<const std::uint8_t> data,
                                             core::MonoTime now) {
   if (auto ok = CheckEvent(channel, data); !ok) return ok;
-  return AppendNumbered(NextNumber(), time_utc_us, channel, data, now);
+  return AppendNumbered(next_number_, time_utc_us, channel, data, now);
 }
 
 core::Expected<void> EventLogWriter::CheckEvent(std::string_view channel,
@@ -58,6 +54,8 @@ core::Expected<void> EventLogWriter::AppendNumbered(std::int64_t number, std::in
   const std::size_t begin = unsynced_.size();
   AppendRecord(unsynced_, number, time_utc_us, channel, data);
   if (options_.crc) crcs_.push_back({number, Crc32c(std::span(unsynced_).subspan(begin))});
+  last_number_ = number;
+  next_number_ = number + 1;
   last_time_utc_us_ = time_utc_us;
   ++unsynced_events_;
   ++appended_events_;
@@ -95,7 +93,7 @@ core::Expected<void> EventLogWriter::Sync() {
   // twice.
   if (!crcs_.empty()) {
     const std::vector<std::uint8_t> record =
-        MakeLogCrcRecord(NextNumber(), last_time_utc_us_, crcs_);
+        MakeLogCrcRecord(last_number_, last_time_utc_us_, crcs_);
     unsynced_.insert(unsynced_.end(), record.begin(), record.end());
     bytes_ += record.size();
     crcs_.clear();

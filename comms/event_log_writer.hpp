@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -21,9 +20,6 @@ struct LogWriterOptions {
   core::Duration sync_interval = core::Milliseconds(100);
   bool fdatasync = true;  ///< false: leave it to the kernel (copies, tests)
   bool crc = true;        ///< LOG.CRC with every sync
-  /// Gives the numbers of events, LOG.CRC among them; null: 0, 1, 2, ... Shared where several files
-  /// are one recording.
-  std::function<std::int64_t()> next_number{};
 };
 
 /// Writes one LCM event log that LCM's own tools read, with CRC-32C of every record on the side
@@ -45,7 +41,9 @@ class EventLogWriter {
   /// another file. Errors: also kInvalidArgument (channel, size): then it was not taken in.
   [[nodiscard]] core::Expected<void> Append(std::int64_t time_utc_us, std::string_view channel,
                                             std::span<const std::uint8_t> data, core::MonoTime now);
-  /// The same with a number given elsewhere (larger than all before it).
+  /// The same with a number given elsewhere (larger than all before it); Append counts on from
+  /// there. A LOG.CRC carries the number of the last event it lists, so that the numbers are those
+  /// of events alone.
   [[nodiscard]] core::Expected<void> AppendNumbered(std::int64_t number, std::int64_t time_utc_us,
                                                     std::string_view channel,
                                                     std::span<const std::uint8_t> data,
@@ -79,7 +77,6 @@ class EventLogWriter {
                  std::unique_ptr<OutputFile> file);
   static core::Expected<void> CheckEvent(std::string_view channel,
                                          std::span<const std::uint8_t> data);
-  std::int64_t NextNumber();
   bool IsSyncDue(core::MonoTime now) const;
   core::Expected<void> Flush();
 
@@ -91,7 +88,8 @@ class EventLogWriter {
   std::vector<LogCrcEntry> crcs_;       ///< of unsynced_, until its LOG.CRC is made
   std::size_t unsynced_events_ = 0;
   core::MonoTime first_unsynced_;
-  std::int64_t own_number_ = 0;
+  std::int64_t next_number_ = 0;
+  std::int64_t last_number_ = 0;
   std::int64_t last_time_utc_us_ = 0;
   std::uint64_t appended_events_ = 0;
   std::uint64_t synced_events_ = 0;

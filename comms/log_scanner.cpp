@@ -207,7 +207,7 @@ void LogScanner::JudgeByFraming() {
     if (!c.good || i + 1 == window_.size() || !window_[i + 1].confirmed) continue;
     const std::int64_t next = window_[i + 1].header.number;
     if (options_.ascending_numbers) {
-      c.good = c.header.number < next;
+      c.good = c.header.number < next || (window_[i + 1].is_crc_list && c.header.number == next);
     } else if (next > c.header.number && next - 1 != c.header.number) {
       // Numbers are left out: lost before this log was made, or inside this event because its
       // length is wrong.
