@@ -294,6 +294,7 @@ core::Expected<LcmSchema> LcmSchema::Parse(std::string_view text) {
 }
 
 std::string_view LcmSchema::BuiltinText() { return kLcmTypesText; }
+std::string_view LcmTypesText() { return LcmSchema::BuiltinText(); }
 
 const LcmSchema& LcmSchema::Builtin() {
   static const LcmSchema schema = [] {

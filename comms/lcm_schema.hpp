@@ -110,4 +110,7 @@ class LcmSchema {
   std::map<std::int64_t, const LcmType*> by_fingerprint_;
 };
 
+/// LcmSchema::BuiltinText().
+std::string_view LcmTypesText();
+
 }  // namespace kawara::comms
