@@ -48,6 +48,8 @@ double NiceStep(double least) {
   return 10.0 * decade;
 }
 
+std::string Signed(double m) { return m == 0.0 ? "0" : Format("%+g", m); }
+
 std::string Metres(double m) {
   return m >= 1000.0 ? Format("%g km", m / 1000.0) : Format("%g m", m);
 }
@@ -120,7 +122,7 @@ void DrawGrid(MapCanvas& canvas, const MapView& view) {
   for (double e = std::ceil(low.x() / step) * step; e <= high.x(); e += step) {
     const double x = view.Px(Vector2d(e, 0)).x();
     canvas.Line({x, view.from().y()}, {x, view.to().y()}, kGrid, e == 0.0 ? 1.4 : 0.8);
-    canvas.Text({x, view.to().y() + 18}, Format("%+g", e), kSmallPx, kFaint, Anchor::kCentre);
+    canvas.Text({x, view.to().y() + 18}, Signed(e), kSmallPx, kFaint, Anchor::kCentre);
     const core::Geodetic g = view.plane().ToGeodetic({e, middle_n, 0});
     canvas.Text({x, view.from().y() - 8}, degrees(g.lon_rad, 'E', 'W'), kSmallPx, kFaint,
                 Anchor::kCentre);
@@ -128,14 +130,13 @@ void DrawGrid(MapCanvas& canvas, const MapView& view) {
   for (double n = std::ceil(low.y() / step) * step; n <= high.y(); n += step) {
     const double y = view.Px(Vector2d(0, n)).y();
     canvas.Line({view.from().x(), y}, {view.to().x(), y}, kGrid, n == 0.0 ? 1.4 : 0.8);
-    canvas.Text({view.from().x() - 8, y + 4}, Format("%+g", n), kSmallPx, kFaint, Anchor::kRight);
+    canvas.Text({view.from().x() - 8, y + 4}, Signed(n), kSmallPx, kFaint, Anchor::kRight);
     const core::Geodetic g = view.plane().ToGeodetic({middle_e, n, 0});
     canvas.Text({view.to().x() + 8, y + 4}, degrees(g.lat_rad, 'N', 'S'), kSmallPx, kFaint);
   }
   canvas.Text({(view.from().x() + view.to().x()) / 2, view.to().y() + 36}, "metres east of start",
               kSmallPx, kFaint, Anchor::kCentre);
-  canvas.Text({view.from().x() - 8, view.from().y() - 8}, "m north", kSmallPx, kFaint,
-              Anchor::kRight);
+  canvas.Text({view.from().x() - 8, 22}, "m north", kSmallPx, kFaint, Anchor::kRight);
   canvas.Rectangle(view.from(), view.to(), kInk, 1.2);
 }
 
