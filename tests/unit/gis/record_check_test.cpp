@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(
         HostilePose{"RobotTooLong", [](auto& p) { p.robot.assign(65, 'x'); }, "robot"},
         HostilePose{"RobotNotUtf8", [](auto& p) { p.robot = "\xff\xfe"; }, "robot"},
         HostilePose{"MissionWithNewline", [](auto& p) { p.mission = "a\nb"; }, "mission"}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return test.param.name; });
 
 TEST(RecordCheck, PicturesMustBeWhatTheySay) {
   PanoramaRecord picture = Panorama(1, PictureStage::kFull);

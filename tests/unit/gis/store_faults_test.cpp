@@ -244,7 +244,7 @@ INSTANTIATE_TEST_SUITE_P(
         Unusable{"NoServer",
                  [](const auto&) { return "PG:host=127.0.0.1 port=1 dbname=x password=secret"; },
                  core::ErrorCode::kUnavailable, "is the server running?"}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return test.param.name; });
 
 TEST(StoreFaults, APasswordIsNotInTheMessage) {
   const auto store =
