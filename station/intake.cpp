@@ -16,6 +16,7 @@ constexpr std::size_t kMostUnclaimed = 10000;
 constexpr std::size_t kMostSequences = 64;
 constexpr std::size_t kMostLosses = 256;
 constexpr double kLongestPeriodNs = 1e15;
+constexpr std::int64_t kMostSilenceNs = 3'000'000'000;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// NaN for what is no variance: unknown, negative or infinite.
@@ -111,14 +112,12 @@ void Intake::OnPose(const pose_t& pose, bool at_exposure, core::MonoTime receive
     return Refuse("POSE", checked.error().message);
   if (!at_exposure) {
     if (config_.pose_rate_hz <= 0.0) return;
-    constexpr std::int64_t kBackInTimeNs = 10'000'000'000;
-    if (pose.gps_ns < last_pose_ns_ - kBackInTimeNs) last_slot_ = 0;  // another, older log
-    last_pose_ns_ = pose.gps_ns;
     const auto period_ns = static_cast<std::int64_t>(
         std::llround(std::min(1e9 / config_.pose_rate_hz, kLongestPeriodNs)));
+    const std::int64_t gap_ns = pose.gps_ns - std::exchange(last_pose_ns_, pose.gps_ns);
     const std::int64_t slot = pose.gps_ns / period_ns;
-    if (slot <= last_slot_) return;
-    last_slot_ = slot;
+    const bool entered = slot > std::exchange(last_slot_, slot);
+    if (!entered || gap_ns > kMostSilenceNs) return;
   }
   if (!robot_.empty()) {
     record.robot = robot_;

@@ -77,7 +77,7 @@ class Intake {
   IntakeStats stats_;
   std::string robot_;  ///< empty: not known yet
   std::string mission_;
-  std::int64_t last_slot_ = 0;  ///< of a periodic pose kept
+  std::int64_t last_slot_ = 0;  ///< interval of the latest POSE heard
   std::int64_t last_pose_ns_ = 0;
   std::deque<Item> unclaimed_;
   std::list<Sequence> sequences_;  ///< newest in front, bounded

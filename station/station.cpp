@@ -94,7 +94,7 @@ core::Expected<void> Station::RunLive(comms::Bus& bus, const RunLimits& limits,
   };
   while (!stop && !over(start, limits.duration_s) && !over(last_heard_, limits.idle_exit_s)) {
     const auto handled = bus.HandleFor(core::Milliseconds(100));
-    if (!handled) {
+    if (!handled && !stop) {  // a signal interrupts the wait: that is no error
       result = tl::unexpected(handled.error());
       break;
     }
