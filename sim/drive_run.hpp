@@ -9,9 +9,9 @@
 #include "core/expected.hpp"
 #include "sim/ahrs400.hpp"
 #include "sim/camera_server.hpp"
+#include "sim/doughnut_geometry.hpp"
 #include "sim/faults.hpp"
 #include "sim/gps_receiver.hpp"
-#include "vision/doughnut_camera.hpp"
 
 namespace kawara::sim {
 
@@ -32,7 +32,7 @@ struct DriveOptions {
   GpsReceiverOptions gps;
   Ahrs400Options ahrs;
   CameraOptions camera;
-  vision::DoughnutParameters doughnut = vision::DoughnutParameters{}.Resized(2048, 2048);
+  vision::DoughnutParameters doughnut = StandardDoughnut(2048);
   int jpeg_quality = 88;
   std::vector<Fault> faults;
 };

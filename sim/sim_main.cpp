@@ -136,8 +136,7 @@ void AddDriveOptions(CLI::App& drive, kawara::sim::DriveOptions& o,
       ->group("Camera");
   drive
       .add_option_function<int>(
-          "--doughnut-px",
-          [&o](int px) { o.doughnut = kawara::vision::DoughnutParameters{}.Resized(px, px); },
+          "--doughnut-px", [&o](int px) { o.doughnut = kawara::sim::StandardDoughnut(px); },
           "side of the doughnut picture (default 2048)")
       ->check(CLI::Range(256, 4096))
       ->group("Camera");
