@@ -72,10 +72,10 @@ SQL
         self.assertIn("CREATE UNIQUE INDEX obs_pose_key", out)
 
     def test_a_server_that_goes_away_and_comes_back_costs_nothing(self):
-        """The server stops before the packets come in from the log and starts again while the station tries."""
+        """The server dies while the station writes, and starts again while the station tries."""
         out, err, work = self.in_cluster("""
             $STATION --log $LOG --store store.gpkg >/dev/null
-            cluster="$(pg_lsclusters -h | awk '{print $1, $2}')"
+            cluster="$(pg_lsclusters -h | awk '$3 == ENVIRON["PGPORT"] {print $1, $2}')"
             psql -qc 'create extension postgis'
             $STATION --set give_up_s=60 --set retry_period_s=0.1 --log $LOG --store "PG:dbname=$PGDATABASE" &
             station=$!
