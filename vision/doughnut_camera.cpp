@@ -26,17 +26,32 @@ tl::unexpected<core::Error> Refuse(const Parts&... parts) {
 
 }  // namespace
 
+// Pixel centres are at integers, so the picture's corner, which scaling keeps, is at -0.5.
 DoughnutParameters DoughnutParameters::Scaled(int eighths) const {
   const double scale = eighths / 8.0;
   DoughnutParameters r = *this;
   r.width_px = (width_px * eighths + 7) / 8;
   r.height_px = (height_px * eighths + 7) / 8;
-  // Pixel centres are at integers, so the picture's corner, which scaling keeps, is at -0.5.
   r.center_u_px = (center_u_px + 0.5) * scale - 0.5;
   r.center_v_px = (center_v_px + 0.5) * scale - 0.5;
   r.l_in_px = l_in_px * scale;
   r.l_base_px = l_base_px * scale;
   r.l_out_px = l_out_px * scale;
+  return r;
+}
+
+DoughnutParameters DoughnutParameters::Resized(int new_width_px, int new_height_px) const {
+  const double scale_u = static_cast<double>(new_width_px) / width_px;
+  const double scale_v = static_cast<double>(new_height_px) / height_px;
+  DoughnutParameters r = *this;
+  r.width_px = new_width_px;
+  r.height_px = new_height_px;
+  r.center_u_px = (center_u_px + 0.5) * scale_u - 0.5;
+  r.center_v_px = (center_v_px + 0.5) * scale_v - 0.5;
+  r.l_in_px = l_in_px * scale_u;
+  r.l_base_px = l_base_px * scale_u;
+  r.l_out_px = l_out_px * scale_u;
+  r.v_scale = v_scale * scale_v / scale_u;
   return r;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "vision/camera_model.hpp"
 
@@ -28,21 +29,25 @@ struct DoughnutParameters {
   /// The same optics in a picture that the JPEG decoder reduced to eighths / 8 (1..8), sizes
   /// rounded up.
   DoughnutParameters Scaled(int eighths) const;
+  /// The same optics in a picture of another size (another mode of the same sensor).
+  DoughnutParameters Resized(int new_width_px, int new_height_px) const;
 
   template <class V>
   void Visit(V& v) {
-    v("width_px", width_px);
-    v("height_px", height_px);
+    using core::config::Optional;
+    using core::config::Range;
+    v("width_px", width_px, Range{2, 65500});
+    v("height_px", height_px, Range{2, 65500});
     v("center_u_px", center_u_px);
     v("center_v_px", center_v_px);
-    v("l_in_px", l_in_px);
+    v("l_in_px", l_in_px, Range{0, 65500});
     v("l_base_px", l_base_px);
-    v("l_out_px", l_out_px);
-    v("phi_top_deg", phi_top_deg);
-    v("phi_bottom_deg", phi_bottom_deg);
-    v("forward_deg", forward_deg);
-    v("mirrored", mirrored);
-    v("v_scale", v_scale);
+    v("l_out_px", l_out_px, Range{1, 65500});
+    v("phi_top_deg", phi_top_deg, Range{-90, 90});
+    v("phi_bottom_deg", phi_bottom_deg, Range{-90, 90});
+    v("forward_deg", forward_deg, Range{-360, 360}, Optional{});
+    v("mirrored", mirrored, Optional{});
+    v("v_scale", v_scale, Range{0.1, 10}, Optional{});
   }
 };
 

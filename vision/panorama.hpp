@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 
+#include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "core/geodesy.hpp"
 #include "vision/equirectangular_camera.hpp"
@@ -30,15 +31,17 @@ struct PanoramaConfig {
 
   template <class V>
   void Visit(V& v) {
-    v("width_px", width_px);
-    v("elevation_top_deg", elevation_top_deg);
-    v("elevation_bottom_deg", elevation_bottom_deg);
-    v("mount_roll_deg", mount_roll_deg);
-    v("mount_pitch_deg", mount_pitch_deg);
-    v("mount_yaw_deg", mount_yaw_deg);
-    v("level", level);
-    v("north_up", north_up);
-    v("threads", threads);
+    using core::config::Optional;
+    using core::config::Range;
+    v("width_px", width_px, Range{64, 32768});
+    v("elevation_top_deg", elevation_top_deg, Range{-90, 90}, Optional{});
+    v("elevation_bottom_deg", elevation_bottom_deg, Range{-90, 90}, Optional{});
+    v("mount_roll_deg", mount_roll_deg, Range{-180, 180}, Optional{});
+    v("mount_pitch_deg", mount_pitch_deg, Range{-90, 90}, Optional{});
+    v("mount_yaw_deg", mount_yaw_deg, Range{-360, 360}, Optional{});
+    v("level", level, Optional{});
+    v("north_up", north_up, Optional{});
+    v("threads", threads, Range{1, 64}, Optional{});
   }
 };
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "vision/doughnut_camera.hpp"
 #include "vision/jpeg.hpp"
@@ -29,14 +30,17 @@ struct Phase1PictureConfig {
 
   template <class V>
   void Visit(V& v) {
-    v("camera", camera);
-    v("doughnut", doughnut);
-    v("panorama", panorama);
-    v("quality", quality);
-    v("progressive", progressive);
-    v("max_width_px", max_width_px);
-    v("preview_width_px", preview_width_px);
-    v("preview_quality", preview_quality);
+    using core::config::OneOf;
+    using core::config::Optional;
+    using core::config::Range;
+    v("camera", camera, OneOf{"doughnut", "equirectangular"});
+    v("doughnut", doughnut, Optional{});
+    v("panorama", panorama, Optional{});
+    v("quality", quality, Range{1, 100});
+    v("progressive", progressive, Optional{});
+    v("max_width_px", max_width_px, Range{0, 65500}, Optional{});
+    v("preview_width_px", preview_width_px, Range{64, 8192}, Optional{});
+    v("preview_quality", preview_quality, Range{1, 100}, Optional{});
   }
 };
 

@@ -181,6 +181,16 @@ TEST(DoughnutCamera, ScaledSeesTheSameRays) {
   }
 }
 
+TEST(DoughnutCamera, ResizedSeesTheSameRaysInUnequalScales) {
+  const DoughnutParameters p = TestDoughnut();
+  const auto full = DoughnutCamera::Create(p);
+  const auto other = DoughnutCamera::Create(p.Resized(2048, 1536));
+  ASSERT_TRUE(other);
+  const Eigen::Vector2d pixel(700.25, 333.5);
+  const Eigen::Vector2d expected(2.0 * 700.75 - 0.5, 1.5 * 334.0 - 0.5);
+  EXPECT_LT((*other->Project(*full->Unproject(pixel)) - expected).norm(), 1e-9);
+}
+
 TEST(DoughnutCamera, RefusesWhatCannotBe) {
   struct Case {
     const char* expected_in_message;
