@@ -27,6 +27,10 @@ void initsolbuf(void* solbuf, int cyclic, int nmax);
 void freesolbuf(void* solbuf);
 int inputsol(std::uint8_t data, gtime_t ts, gtime_t te, double tint, int qflag, const void* opt,
              void* solbuf);
+// What the library wants from its application: progress reports, here ignored.
+int showmsg(const char*, ...) { return 0; }
+void settspan(gtime_t, gtime_t) {}
+void settime(gtime_t) {}
 }
 #endif
 
@@ -52,8 +56,8 @@ struct Ignore : drivers::GnssStreamSink, drivers::GnssFixSink {
 };
 
 void Report(benchmark::State& state, std::size_t bytes, std::size_t messages) {
-  state.SetBytesProcessed(static_cast<std::int64_t>(bytes * state.iterations()));
-  state.SetItemsProcessed(static_cast<std::int64_t>(messages * state.iterations()));
+  state.SetBytesProcessed(static_cast<std::int64_t>(bytes) * state.iterations());
+  state.SetItemsProcessed(static_cast<std::int64_t>(messages) * state.iterations());
 }
 
 constexpr const char* kNmea = "ublox-rtk-fixed.nmea";
@@ -64,7 +68,7 @@ void BM_NmeaKawara(benchmark::State& state) {
   drivers::GnssStreamDecoder decoder;
   Ignore sink;
   for (auto _ : state) decoder.Feed(core::MonoTime::FromNs(1), bytes, sink);
-  if (decoder.stats().good != kNmeaSentences * state.iterations())
+  if (decoder.stats().good != kNmeaSentences * static_cast<std::uint64_t>(state.iterations()))
     state.SkipWithError("messages lost");
   Report(state, bytes.size(), kNmeaSentences);
 }
