@@ -59,6 +59,10 @@ void Ahrs400Decoder::Parse(Ahrs400Sink& sink, bool ended) {
       Skip(found != nullptr ? static_cast<std::size_t>(found - data.data()) : data.size());
       continue;
     }
+    if (const std::size_t hopeless = CountHopeless(data); hopeless > 0) {
+      Skip(hopeless);
+      continue;
+    }
     const Judgement judgement = Judge(data, ended);
     switch (judgement.verdict) {
       case Verdict::kNeedMore:
@@ -90,10 +94,35 @@ void Ahrs400Decoder::Parse(Ahrs400Sink& sink, bool ended) {
   }
 }
 
+/// How many bytes at the front Judge would refuse one by one: a quick way through long runs of
+/// header bytes.
+std::size_t Ahrs400Decoder::CountHopeless(std::span<const std::uint8_t> data) const {
+  const bool near_grid =
+      grid_mode_ && buffer_.position() - grid_position_ <= kGridReach * PacketBytes(*grid_mode_);
+  if (near_grid || after_version_) return 0;
+  if (data.size() < kAhrs400AnglePacketBytes) return 0;
+  // Sums of both payloads that would begin after data[n], carried along.
+  constexpr std::size_t kShortEnd = kAhrs400ShortPacketBytes - 1;
+  constexpr std::size_t kAngleEnd = kAhrs400AnglePacketBytes - 1;
+  unsigned short_sum = Ahrs400Checksum(data.subspan(1, kShortEnd - 1));
+  unsigned angle_sum = Ahrs400Checksum(data.subspan(1, kAngleEnd - 1));
+  std::size_t n = 0;
+  for (; n + kAhrs400AnglePacketBytes <= data.size(); ++n) {
+    if (data[n] != kAhrs400Header || IsPrintable(data[n + 1]) ||
+        (short_sum & 0xFFU) == data[n + kShortEnd] || (angle_sum & 0xFFU) == data[n + kAngleEnd]) {
+      break;
+    }
+    short_sum += unsigned{data[n + kShortEnd]} - data[n + 1];
+    angle_sum += unsigned{data[n + kAngleEnd]} - data[n + 1];
+  }
+  return n;
+}
+
 /// What begins at data[0], a header byte.
 Ahrs400Decoder::Judgement Ahrs400Decoder::Judge(std::span<const std::uint8_t> data, bool ended) {
   if (data.size() >= kAhrs400VersionBytes) {
-    if (IsAhrs400Version(data.first(kAhrs400VersionBytes))) return {Verdict::kVersion, {}};
+    if (IsPrintable(data[1]) && IsAhrs400Version(data.first(kAhrs400VersionBytes)))
+      return {Verdict::kVersion, {}};
   } else if (data.size() >= 8 && !ended && std::all_of(data.begin() + 1, data.end(), IsPrintable)) {
     return {Verdict::kNeedMore, {}};
   }

@@ -93,6 +93,7 @@ class Ahrs400Decoder {
   static constexpr std::uint64_t kGridReach = 8;
 
   void Parse(Ahrs400Sink& sink, bool ended);
+  std::size_t CountHopeless(std::span<const std::uint8_t> data) const;
   Judgement Judge(std::span<const std::uint8_t> data, bool ended);
   Verdict JudgeElsewhere(std::span<const std::uint8_t> data, Ahrs400Mode mode, bool ended) const;
   bool IsDue(std::size_t packet_bytes) const;
