@@ -19,7 +19,7 @@ constexpr int kMaxBackwards = 50;
 double Square(double v) { return v * v; }
 
 bool IsUsable(const core::GnssFix& fix) {
-  return fix.has_position && std::isfinite(fix.antenna.lat_rad) &&
+  return fix.has_position && fix.time.ns() > 0 && std::isfinite(fix.antenna.lat_rad) &&
          std::isfinite(fix.antenna.lon_rad) && std::isfinite(fix.antenna.h_ellipsoidal_m) &&
          std::abs(fix.antenna.lat_rad) <= core::kPi / 2.0 && fix.position_cov_enu_m2.allFinite();
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kawara::estimation {
 namespace {
@@ -9,6 +10,8 @@ namespace {
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 /// Votes agree if edge - label moved by less than this between neighbouring votes.
 constexpr std::int64_t kVoteToleranceNs = 100'000'000;
+/// Labels beyond 146 years are nonsense, and their differences could overflow.
+constexpr std::int64_t kMaxLabelNs = std::numeric_limits<std::int64_t>::max() / 2;
 constexpr core::Duration kLabelWindow = core::Milliseconds(500);
 
 double Square(double v) { return v * v; }
@@ -44,7 +47,7 @@ void PpsClock::AddLabel(core::GpsTime second, core::MonoTime arrival) {
 }
 
 void PpsClock::Vote(core::MonoTime edge, core::GpsTime label) {
-  if (!IsFullSecond(label)) return;
+  if (!IsFullSecond(label) || label.ns() < 0 || label.ns() > kMaxLabelNs) return;
   if (locked_) {
     if (NearestSecond(ToGps(edge).time) == label) {
       votes_ = 0;

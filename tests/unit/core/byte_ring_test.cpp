@@ -102,8 +102,8 @@ TEST(ByteRing, BehavesLikeAQueue) {
 }
 
 TEST(ByteRing, TwoThreads) {
-  constexpr std::int64_t kRecords = 50000;
-  ByteRing<Header> ring(4096);
+  constexpr std::int64_t kRecords = 10000;
+  ByteRing<Header> ring(16384);
   std::thread producer([&] {
     Bytes bytes(300);
     for (std::int64_t n = 0; n < kRecords; ++n) {

@@ -144,8 +144,8 @@ TEST(SpscRing, TwoThreadsDroppingOldest) {
 }
 
 TEST(SpscRing, TwoThreadsRefusing) {
-  constexpr std::uint64_t kItems = 100000;
-  SpscRing<Item, 16> ring;
+  constexpr std::uint64_t kItems = 20000;
+  SpscRing<Item, 64> ring;
   std::thread producer([&] {
     for (std::uint64_t n = 1; n <= kItems; ++n) {
       while (!ring.TryPush(Item::Make(n))) std::this_thread::yield();

@@ -216,8 +216,8 @@ TEST(Civil, KnownDates) {
 
 TEST(Civil, RoundTripOverAllOf64Bits) {
   for (int i = 0; i <= 2000; ++i) {
-    const std::int64_t ns = kMin + static_cast<std::int64_t>(static_cast<std::uint64_t>(i) *
-                                                             (~std::uint64_t{0} / 2000));
+    const auto ns = static_cast<std::int64_t>(
+        (std::uint64_t{1} << 63) + static_cast<std::uint64_t>(i) * (~std::uint64_t{0} / 2000));
     const CivilTime c = ToCivil(UtcTime::FromNs(ns));
     EXPECT_EQ(FromCivil(c).ns(), ns);
     EXPECT_TRUE(IsValid(c) || c.year < 1678 || c.year > 2261) << ns;
