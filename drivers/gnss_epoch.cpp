@@ -102,12 +102,14 @@ template <class T>
 void GnssEpochAssembler::AddTimed(Kind kind, core::Duration time_of_day, const T& contents,
                                   std::optional<T> EpochParts::*slot, core::MonoTime arrival,
                                   GnssFixSink& sink) {
+  const bool same_epoch = open_ && time_of_day == key_;
   if (!EnterEpoch(time_of_day, arrival, sink)) return;
-  // Did the untimed sentences since the last timed one arrive closer to it or to this one?
+  // Did the untimed sentences since the last timed one arrive closer to it or to this one? Between
+  // two of one epoch they belong to that epoch, wherever they lie.
   for (std::size_t k = 0; k < kKinds; ++k) {
     core::MonoTime& at = untimed_arrivals_[k];
     if (!at.IsSet()) continue;
-    const bool leads = arrival - at < at - timed_arrival_;
+    const bool leads = !same_epoch && arrival - at < at - timed_arrival_;
     int& leading = habits_[k].leading;
     if (leads && leading < kHabit) ++leading;
     if (!leads && leading > -kHabit) --leading;

@@ -171,6 +171,23 @@ TEST(GnssEpoch, AHeadingAfterItsEpochBelongsToThatEpoch) {
   EXPECT_FALSE(chain.fixes.back().has_heading) << "mode V";
 }
 
+TEST(GnssEpoch, AnUntimedSentenceInTheMiddleOfABurstDatesNoOtherEpoch) {
+  Chain chain;
+  for (std::int64_t i = 0; i < 12; ++i) {
+    // The VTG comes closer to the GST after it than to the RMC before it, as at 115200 baud.
+    chain.Feed(1000 * i, Gga(kNoon + 10 * i));
+    chain.Feed(1000 * i + 8, Rmc(kNoon + 10 * i));
+    chain.Feed(1000 * i + 16, "GPVTG,90.0,T,,M,2.00,N,3.70,K,A");
+    chain.Feed(1000 * i + 20, Gst(kNoon + 10 * i));
+  }
+  chain.Finish();
+  ASSERT_EQ(chain.fixes.size(), 12U);
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(chain.fixes[i].arrival.ns(),
+              core::Milliseconds(1000 * static_cast<std::int64_t>(i)).count());
+  }
+}
+
 TEST(GnssEpoch, AReceiverWithoutFixIsAliveWithoutPosition) {
   Chain chain;
   for (std::int64_t i = 0; i < 4; ++i) {
