@@ -1,0 +1,185 @@
+"""./run demo: a real drive arrives as pictures and track in a GIS, live; then the same from the log alone.
+
+kawara-sim plays the recorded drive (real RTK-GNSS and IMU measurements) on pseudo-terminals at true pace, kawara-onboard reads them
+as it would read the instruments, kawara-station stores what comes over LCM. Runs inside a network namespace (see ./run).
+"""
+import argparse
+import csv
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from processes import Processes, run, wait_for  # noqa: E402
+
+DRIVE_S = 540  # the recording's length, less its first seconds without IMU
+
+
+def percentile(values, share):
+    """Nearest-rank percentile."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else float("nan")
+
+
+def read_csv(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def nearest(rows, gps_ns, tolerance_ns=100_000_000):
+    """The row whose gps_ns is nearest (rows ascending), or None."""
+    import bisect
+    keys = nearest.keys.setdefault(id(rows), [int(r["gps_ns"]) for r in rows])
+    i = bisect.bisect_left(keys, gps_ns)
+    best = min((j for j in (i - 1, i) if 0 <= j < len(keys)), key=lambda j: abs(keys[j] - gps_ns), default=None)
+    return rows[best] if best is not None and abs(keys[best] - gps_ns) <= tolerance_ns else None
+
+
+nearest.keys = {}
+
+
+def live(out, seconds, start, faults, quiet):
+    """Runs the chain; returns the mission's log folder."""
+    ports = out / "ports"
+    with Processes(out / "output") as chain:
+        sim_args = ["drive", "--data", ROOT / "data/drive_0708", "--panorama", ROOT / "data/panorama/R0014760_3072.jpg",
+                    "--run-dir", ports, "--start", start, "--duration", seconds]
+        for fault in faults:
+            sim_args += ["--fault", fault]
+        chain.start("station", "kawara-station", "--config", ROOT / "configs/station.yaml", "--store", out / "live/mission.gpkg",
+                    "--latency", out / "latency.csv", "--map", out / "track.png")
+        chain.start("sim", "kawara-sim", *sim_args)
+        wait_for(lambda: (ports / "ready").exists() or chain.running["sim"].poll() is not None, 60, "the simulator's ports")
+        chain.start("onboard", "kawara-onboard", "--config", ROOT / "configs/demo.yaml", "--set", f"gps.device={ports}/gps",
+                    "--set", f"ahrs.device={ports}/ahrs", "--set", f"camera.path={ports}/camera.sock",
+                    "--set", f"record.folder={out}/log")
+        end = time.monotonic() + seconds + 60
+        while chain.running["sim"].poll() is None and time.monotonic() < end:
+            time.sleep(1)
+            if not quiet and sys.stdout.isatty():
+                pictures = len(list((out / "live/pictures").rglob("*.jpg")))
+                print(f"\r  live: {pictures} pictures in the store", end="", flush=True)
+        if not quiet and sys.stdout.isatty():
+            print()
+        time.sleep(1.5)  # the last epoch's sentences, poses and pictures
+        codes = {name: chain.stop(name) for name in ("onboard", "station", "sim")}
+        for name in codes:
+            text = chain.output(name).strip().splitlines()
+            for line in text[-1:] if codes[name] == 0 else text[-5:]:
+                print(f"  {line}")
+        if any(codes.values()):
+            sys.exit(f"demo: a program failed: {codes}; see {out}/output")
+    missions = sorted((out / "log").iterdir())
+    return missions[-1]
+
+
+def replay(out, log):
+    """The same from the log alone; returns how many times faster than the drive it was."""
+    begin = time.monotonic()
+    for args in (("kawara-onboard", "--log", log, "--out", out / "replay.lcm"),
+                 ("kawara-station", "--config", ROOT / "configs/station.yaml", "--log", out / "replay.lcm",
+                  "--store", out / "replay/mission.gpkg")):
+        done = run(*args, timeout=1200)
+        print("  " + (done.stdout or done.stderr).strip().splitlines()[-1])
+        if done.returncode != 0:
+            sys.exit(f"demo: {args[0]} failed: {done.stderr.strip()}")
+    return time.monotonic() - begin
+
+
+def dump(store):
+    done = run("kawara-station", "--dump", store, timeout=300)
+    if done.returncode != 0:
+        sys.exit(f"demo: dump of {store} failed: {done.stderr.strip()}")
+    return done.stdout
+
+
+def counters(log):
+    """The last values of the onboard counters."""
+    done = run("kawara-log", "export", log, "--channel", "COUNTERS", "--out", log.parent / "counters.csv")
+    if done.returncode != 0:
+        return {}
+    rows = read_csv(log.parent / "counters.csv")
+    last = rows[-1] if rows else {}
+    names = [last[k] for k in last if k.startswith("name")]
+    values = [last[k] for k in last if k.startswith("value")]
+    return {n: int(v) for n, v in zip(names, values) if n}
+
+
+def latencies(out):
+    """Per stage: from the true instant of the epoch to the picture durable in the store [ms]; and clock errors [ms]."""
+    exposures = read_csv(out / "ports/truth_exposures.csv")
+    result, clock_errors = {"preview": [], "full": []}, []
+    for row in read_csv(out / "latency.csv"):
+        truth = nearest(exposures, int(row["gps_ns"]))
+        if truth is None:
+            continue
+        result[row["stage"]].append((int(row["mono_ns"]) - int(truth["mono_ns"])) / 1e6)
+        if row["stage"] == "full":
+            clock_errors.append((int(row["gps_ns"]) - int(truth["gps_ns"])) / 1e6)
+    return result, clock_errors, len(exposures)
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="./run demo")
+    parser.add_argument("--seconds", type=int, default=60, help="of the drive (it has %d)" % DRIVE_S)
+    parser.add_argument("--full", action="store_true", help="the whole drive, nine minutes")
+    parser.add_argument("--start", type=float, default=100, help="seconds into the drive")
+    parser.add_argument("--fault", action="append", default=[], help='e.g. "t=20 gps.unplug 5s" (see kawara-sim drive --help)')
+    parser.add_argument("--out", default="out/demo")
+    parser.add_argument("--quiet", action="store_true")
+    args = parser.parse_args()
+    if args.full:
+        args.start, args.seconds = 5, DRIVE_S
+    out = pathlib.Path(args.out).resolve()
+    if out.exists():
+        shutil.rmtree(out)
+    for folder in ("live", "replay"):
+        (out / folder).mkdir(parents=True)
+
+    print(f"live: {args.seconds} s of the drive at true pace, instruments on pseudo-terminals")
+    log = live(out, args.seconds, args.start, args.fault, args.quiet)
+    print("again, from the log alone")
+    took = replay(out, log)
+
+    stages, clock_errors, exposed = latencies(out)
+    live_dump = dump(out / "live/mission.gpkg")
+    replay_dump = dump(out / "replay/mission.gpkg")
+    (out / "live.txt").write_text(live_dump)
+    (out / "replay.txt").write_text(replay_dump)
+    epochs = len(read_csv(out / "ports/truth_epochs.csv"))
+    count = counters(log)
+    summary = {
+        "GNSS epochs of the drive / decoded (the first pass while the receiver is set up)": f"{epochs} / {count.get('gps.fixes', 0)}",
+        "AHRS packets decoded": count.get("ahrs.packets", 0),
+        "exposures / pictures in the store": f"{exposed} / {len(stages['full'])}",
+        "preview in the store, median / p99 after its epoch": "%.0f / %.0f ms" % (
+            percentile(stages["preview"], 0.5), percentile(stages["preview"], 0.99)),
+        "picture in the store, median / p99 after its epoch": "%.0f / %.0f ms" % (
+            percentile(stages["full"], 0.5), percentile(stages["full"], 0.99)),
+        "GPS time of exposures, worst error": "%.1f ms" % max((abs(e) for e in clock_errors), default=float("nan")),
+        "triggers without frame / frames left out": f"{count.get('camera.missed', 0)} / {count.get('phase1.skipped_busy', 0)}",
+        "records lost / messages not sent": "%d / %d" % (
+            count.get("rt.output_refused", 0) + count.get("recorder.refused", 0), count.get("bus.not_sent", 0)),
+        "replay": f"{args.seconds / took:.1f} times faster than the drive",
+        "store from the log": "identical" if live_dump == replay_dump else "DIFFERENT (live.txt, replay.txt)",
+    }
+    width = max(map(len, summary))
+    print()
+    for key, value in summary.items():
+        print(f"  {key:<{width}}  {value}")
+    (out / "summary.json").write_text(json.dumps(summary, indent=1))
+    print(f"\ndemo: {len(stages['full'])} pictures of a real drive in {out}/live/mission.gpkg (open it in QGIS), map {out}/track.png, "
+          f"log {log}")
+    ok = live_dump == replay_dump and len(stages["full"]) > 0
+    return 0 if ok else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except (subprocess.TimeoutExpired, TimeoutError) as error:
+        sys.exit(f"demo: {error}")

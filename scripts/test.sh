@@ -1,0 +1,102 @@
+# Sourced by ./run: what `./run test` does. Each stage adds to passed/failed; the last line is their sum.
+passed=0 failed=0
+failed_names=()
+
+note() { # name exit-code
+  if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else
+    failed=$((failed + 1))
+    failed_names+=("$1")
+    echo "FAILED: $1" >&2
+  fi
+}
+
+# ctest in a namespace of its own; counts its tests one by one.
+run_ctest() { # label-regex
+  local out
+  out=$(mktemp)
+  in_netns ctest --test-dir build --output-on-failure -j "$jobs" -L "$1" 2>&1 | tee "$out" || true
+  local ok bad
+  ok=$(grep -cE ' Passed +[0-9.]+ sec' "$out" || true)
+  bad=$(grep -cE '\*\*\*(Failed|Timeout|Exception|Not Run)' "$out" || true)
+  passed=$((passed + ok)) failed=$((failed + bad))
+  [ "$bad" -gt 0 ] && failed_names+=("$(grep -oE '[a-z]+\.[a-z0-9_]+ .*\*\*\*' "$out" | cut -d' ' -f1 | tr '\n' ' ')")
+  [ $((ok + bad)) -gt 0 ] || note "ctest $1 (no test ran)" 1
+  rm -f "$out"
+}
+
+# Unit tests of every folder under a sanitizer.
+run_sanitized() { # preset folder...
+  local preset=$1 folder
+  shift
+  local targets=()
+  for folder in "$@"; do targets+=("test_$folder"); done
+  build "$preset" "${targets[@]}" || { note "$preset build" 1; return; }
+  for folder in "$@"; do
+    local rc=0
+    ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1 \
+      in_netns "build/$preset/bin/test_$folder" --gtest_brief=1 || rc=$?
+    note "$preset test_$folder" "$rc"
+  done
+}
+
+# Every fuzzer for some seconds over its committed corpus.
+run_fuzz() { # seconds [target...]
+  local seconds=$1 name rc corpus
+  shift
+  build fuzz || { note "fuzz build" 1; return; }
+  local names=("$@")
+  [ ${#names[@]} -gt 0 ] || for name in build/fuzz/bin/fuzz_*; do names+=("$(basename "$name" | sed s/^fuzz_//)"); done
+  mkdir -p out/fuzz
+  for name in "${names[@]}"; do
+    corpus=out/fuzz/$name
+    mkdir -p "$corpus"
+    rc=0
+    "build/fuzz/bin/fuzz_$name" -max_total_time="$seconds" -max_len=4096 -rss_limit_mb=1024 -timeout=5 -malloc_limit_mb=256 \
+      -print_final_stats=1 -artifact_prefix="out/fuzz/crash-$name-" "$corpus" "tests/fuzz/corpus/$name" >"out/fuzz/$name.log" 2>&1 || rc=$?
+    echo "fuzz $name: $(grep -oE 'number_of_executed_units: +[0-9]+' "out/fuzz/$name.log" | grep -oE '[0-9]+$' || echo 0) runs in $seconds s, exit $rc"
+    [ "$rc" -eq 0 ] || tail -n 25 "out/fuzz/$name.log" >&2
+    note "fuzz_$name" "$rc"
+  done
+}
+
+run_format() {
+  local rc=0
+  sources | xargs clang-format --dry-run -Werror || rc=$?
+  note "clang-format (./run fmt mends it)" "$rc"
+}
+
+run_lint() {
+  local rc=0
+  [ -f build/compile_commands.json ] || cmake --preset dev >/dev/null
+  build dev kawara_lcmtypes_gen
+  cppcheck --quiet --std=c++20 --language=c++ --enable=warning,portability,performance --inline-suppr --error-exitcode=1 \
+    --suppressions-list=scripts/cppcheck.suppress -j "$jobs" -I . core drivers estimation vision gis comms onboard station sim tools || rc=$?
+  note cppcheck "$rc"
+  rc=0
+  git ls-files '*.cpp' | grep -v '^tests/' | xargs -P "$jobs" -n 4 clang-tidy -p build --quiet --warnings-as-errors='*' 2>/dev/null || rc=$?
+  note clang-tidy "$rc"
+  echo "lint: $passed passed, $failed failed"
+  [ "$failed" -eq 0 ]
+}
+
+run_tests() {
+  local stages=("$@") stage start=$SECONDS
+  [ ${#stages[@]} -gt 0 ] || stages=(format unit hil asan tsan fuzz)
+  for stage in "${stages[@]}"; do
+    echo "== $stage"
+    case "$stage" in
+      format) run_format ;;
+      unit) build dev && run_ctest unit || note "build" 1 ;;
+      hil | replay) build dev && run_ctest 'hil|replay' || note "build" 1 ;;
+      asan) run_sanitized asan core config drivers estimation vision gis comms onboard station sim ;;
+      tsan) run_sanitized tsan core comms onboard ;;
+      fuzz) run_fuzz "${KAWARA_FUZZ_SECONDS:-8}" ;;
+      lint) run_lint || true ;;
+      *) echo "run: no test stage '$stage'" >&2; exit 2 ;;
+    esac
+  done
+  [ "$failed" -eq 0 ] || printf 'failed: %s\n' "${failed_names[*]}"
+  echo "took $((SECONDS - start)) s; logs in build/Testing and out/fuzz"
+  echo "tests: $passed passed, $failed failed"
+  [ "$failed" -eq 0 ]
+}
