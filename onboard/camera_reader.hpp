@@ -1,0 +1,40 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <thread>
+
+#include "core/counters.hpp"
+#include "drivers/camera.hpp"
+#include "onboard/frame_table.hpp"
+#include "onboard/input_inbox.hpp"
+
+namespace kawara::onboard {
+
+/// The camera's thread: takes frames as they come, parks them in the table and tells the core. Says
+/// once when the camera is gone and once when it is back.
+class CameraReader {
+ public:
+  CameraReader(drivers::Camera& camera, FrameTable& frames, InputInbox& inbox,
+               core::Counters& counters);
+  ~CameraReader();  ///< Stop()
+  CameraReader(const CameraReader&) = delete;
+  CameraReader& operator=(const CameraReader&) = delete;
+  void Stop();
+
+ private:
+  void Run();
+  void Take(const std::shared_ptr<const drivers::Frame>& frame);
+  void Tell(bool open, core::Severity severity, std::string_view text);
+
+  drivers::Camera& camera_;
+  FrameTable& frames_;
+  InputInbox& inbox_;
+  core::Counter& frames_counter_;
+  core::Counter& no_slot_;
+  bool was_up_ = false;
+  bool was_told_ = false;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace kawara::onboard

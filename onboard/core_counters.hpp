@@ -1,0 +1,32 @@
+#pragma once
+#include "core/counters.hpp"
+#include "drivers/ahrs400.hpp"
+#include "drivers/correction_forwarder.hpp"
+#include "drivers/gnss_epoch.hpp"
+#include "drivers/gnss_stream.hpp"
+#include "onboard/picture_chain.hpp"
+
+namespace kawara::onboard {
+
+/// The named counters of the robot's core: what the parts count is copied here once a second.
+/// Construction allocates; the Set calls are real-time safe.
+class CoreCounters {
+ public:
+  explicit CoreCounters(core::Counters& counters);
+
+  void Set(const drivers::GnssStreamDecoder::Stats& stream,
+           const drivers::GnssEpochAssembler::Stats& epochs);
+  void Set(const drivers::Ahrs400Stats& ahrs);
+  void Set(const drivers::CorrectionForwarder::Stats& corrections);
+  void Set(const PictureChain& pictures);
+
+ private:
+  core::Counter &gps_good_, &gps_bad_checksum_, &gps_skipped_bytes_, &gps_fixes_, &gps_timed_out_,
+      &gps_rejected_times_, &gps_undated_;
+  core::Counter &ahrs_good_, &ahrs_bad_checksum_, &ahrs_skipped_bytes_, &ahrs_frozen_;
+  core::Counter &rtcm_forwarded_, &rtcm_bad_, &rtcm_refused_, &rtcm_dropped_;
+  core::Counter &triggers_, &triggers_skipped_, &paired_, &missed_, &stray_, &doubled_, &disagreed_,
+      &pictures_, &busy_, &blind_;
+};
+
+}  // namespace kawara::onboard

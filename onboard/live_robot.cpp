@@ -1,0 +1,183 @@
+#include "onboard/live_robot.hpp"
+
+#include <cstdio>
+#include <kawara/config_t.hpp>
+
+#include "comms/codec.hpp"
+#include "comms/lcm_bus.hpp"
+#include "comms/lcm_schema.hpp"
+#include "comms/recorder.hpp"
+#include "core/check.hpp"
+#include "core/config/config.hpp"
+#include "core/iso8601.hpp"
+#include "drivers/camera_socket_client.hpp"
+#include "onboard/camera_reader.hpp"
+#include "onboard/pump.hpp"
+#include "onboard/realtime.hpp"
+#include "onboard/rt_loop.hpp"
+
+namespace kawara::onboard {
+namespace {
+
+/// Minutes of everything the core says, should the pump be held up.
+constexpr std::size_t kOutputRingBytes = 8U << 20;
+
+comms::RecorderConfig RecorderConfigOf(const OnboardConfig& config) {
+  comms::RecorderConfig recorder;
+  recorder.folder = config.record.folder;
+  recorder.mission = config.robot.mission;
+  recorder.segment_bytes = static_cast<std::uint64_t>(config.record.segment_mb * 1e6);
+  recorder.segment_duration = core::DurationFromSeconds(config.record.segment_s);
+  recorder.navigation_sync = core::DurationFromSeconds(config.record.navigation_sync_s);
+  recorder.picture_sync = core::DurationFromSeconds(config.record.picture_sync_s);
+  recorder.disk_reserve_bytes = static_cast<std::uint64_t>(config.record.disk_reserve_mb * 1e6);
+  return recorder;
+}
+
+std::vector<std::uint8_t> ConfigMessage(const OnboardConfig& config) {
+  config_t message;
+  message.program = "kawara-onboard";
+  message.version = KAWARA_VERSION;
+  message.yaml = PublicYaml(config);
+  message.lcmtypes = comms::LcmTypesText();
+  auto bytes = comms::Encode(message);
+  CORE_CHECK(bytes.has_value());
+  return std::move(*bytes);
+}
+
+void PostNote(InputInbox& inbox, core::Severity severity, std::string_view name,
+              std::string_view text) {
+  const NoteBytes bytes = Pack(EventNote{severity, name, text});
+  inbox.Post(InputKind::kNote, core::MonoNow(), BytesOf(bytes.view()));
+}
+
+}  // namespace
+
+std::string MissionNow() {
+  const core::CivilTime t = core::ToCivil(core::UtcTime::FromNs(WallClockUs() * 1000));
+  char text[32];
+  std::snprintf(text, sizeof(text), "%04d%02d%02dT%02d%02d%02dZ", t.year, t.month, t.day, t.hour,
+                t.minute, t.second);
+  return text;
+}
+
+std::string PublicYaml(OnboardConfig config) {
+  if (!config.corrections.password.empty()) config.corrections.password = "(not shown)";
+  return core::config::Dump(config);
+}
+
+/// Declared in the order of construction; destroyed in reverse.
+struct LiveRobot::Parts {
+  OnboardConfig config;
+  core::Counters counters;
+  InputInbox inbox;
+  OutputRing output{kOutputRingBytes};
+  FrameTable frames;
+  std::unique_ptr<comms::LcmBus> bus;
+  std::unique_ptr<comms::Recorder> recorder;
+  std::unique_ptr<Outlet> outlet;
+  std::unique_ptr<PictureWorker> pictures;
+  std::unique_ptr<CorrectionSource> corrections;
+  std::unique_ptr<Pump> pump;
+  std::unique_ptr<drivers::SocketCamera> camera;
+  std::unique_ptr<RtLoop> loop;
+  std::unique_ptr<CameraReader> camera_reader;
+  bool stopped = false;
+};
+
+core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig& config) {
+  auto parts = std::make_unique<Parts>();
+  Parts& p = *parts;
+  p.config = config;
+  if (p.config.robot.mission.empty()) p.config.robot.mission = MissionNow();
+
+  auto bus = comms::LcmBus::Open({.url = config.lcm_url});
+  if (!bus) return tl::unexpected(bus.error());
+  p.bus = std::move(*bus);
+  for (const std::string& warning : p.bus->warnings()) {
+    PostNote(p.inbox, core::Severity::kWarnLow, "bus.degraded", warning);
+  }
+  if (config.record.enabled) {
+    const std::vector<std::uint8_t> config_message = ConfigMessage(p.config);
+    auto recorder = comms::Recorder::Start(
+        RecorderConfigOf(p.config), config_message, [&bus = *p.bus](const comms::RecorderEvent&) {
+          (void)bus;  // the recorder writes its events into the log itself
+        });
+    if (!recorder) return tl::unexpected(recorder.error());
+    p.recorder = std::move(*recorder);
+  }
+  p.outlet = std::make_unique<Outlet>(p.bus.get(), p.recorder.get(), p.counters);
+
+  if (config.camera.source != "none") {
+    Phase1Assembler::Identity identity{p.config.robot.name, p.config.robot.mission,
+                                       config.camera.make, config.camera.model};
+    auto assembler = Phase1Assembler::Create(
+        config.picture, std::move(identity),
+        [&outlet = *p.outlet](std::span<const std::uint8_t> bytes) {
+          outlet.Send("PHASE1", bytes, Outlet::Reach::kBusAndLog);
+        },
+        [&inbox = p.inbox](const core::Error& error) {
+          PostNote(inbox, core::Severity::kWarnHigh, "phase1.damaged_frame", error.message);
+        });
+    if (!assembler) return tl::unexpected(assembler.error());
+    p.pictures = std::make_unique<PictureWorker>(std::move(*assembler), p.frames, p.inbox);
+    p.camera = std::make_unique<drivers::SocketCamera>(config.camera.path);
+  }
+  p.corrections = std::make_unique<CorrectionSource>(config.corrections, p.inbox);
+  p.pump = std::make_unique<Pump>(Pump::Parts{p.output, p.inbox, p.frames, *p.outlet, *p.bus,
+                                              p.counters, p.pictures.get(), *p.corrections},
+                                  p.config.robot.name, config.corrections.source == "lcm");
+  p.loop = std::make_unique<RtLoop>(p.config, p.counters, p.inbox, p.output, p.camera.get());
+  if (config.realtime.lock_memory) {
+    for (const std::string& complaint : LockMemory()) {
+      PostNote(p.inbox, core::Severity::kWarnLow, "realtime.degraded", complaint);
+    }
+  }
+  p.pump->Start();
+  p.loop->Start();
+  if (p.camera) {
+    p.camera_reader = std::make_unique<CameraReader>(*p.camera, p.frames, p.inbox, p.counters);
+  }
+  return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(parts)));
+}
+
+LiveRobot::LiveRobot(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+LiveRobot::~LiveRobot() { Stop(); }
+
+void LiveRobot::Stop() {
+  Parts& p = *parts_;
+  if (p.stopped) return;
+  p.stopped = true;
+  if (p.camera_reader) p.camera_reader->Stop();
+  p.corrections->Stop();
+  p.loop->Stop();
+  p.pump->Stop();
+  if (p.pictures) p.pictures->Stop();
+  if (p.recorder) p.recorder->Stop();
+}
+
+std::string LiveRobot::Summary() const {
+  const Parts& p = *parts_;
+  std::int64_t fixes = 0, packets = 0, pictures = 0, missed = 0, lost = 0;
+  for (const core::Counters::Value& counter : p.counters.Snapshot()) {
+    if (counter.name == "gps.fixes") fixes = counter.value;
+    if (counter.name == "ahrs.packets") packets = counter.value;
+    if (counter.name == "phase1.ordered") pictures = counter.value;
+    if (counter.name == "camera.missed") missed = counter.value;
+    if (counter.name == "rt.output_refused" || counter.name == "recorder.refused") {
+      lost += counter.value;
+    }
+  }
+  char text[400];
+  std::snprintf(text, sizeof(text),
+                "kawara-onboard: mission %s: %lld fixes, %lld AHRS packets, %lld pictures "
+                "(%lld triggers without frame), %lld records lost; log: %s",
+                p.config.robot.mission.c_str(), static_cast<long long>(fixes),
+                static_cast<long long>(packets), static_cast<long long>(pictures),
+                static_cast<long long>(missed), static_cast<long long>(lost),
+                p.recorder ? p.recorder->mission_folder().c_str() : "none");
+  return text;
+}
+
+}  // namespace kawara::onboard

@@ -1,0 +1,152 @@
+// kawara-onboard: reads GPS, AHRS and camera, estimates the pose, sends phase 1, records
+// everything; or does the same again from a log.
+#include <pthread.h>
+#include <signal.h>
+#include <time.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "comms/event_log_writer.hpp"
+#include "core/config/config.hpp"
+#include "onboard/live_robot.hpp"
+#include "onboard/replay_robot.hpp"
+
+namespace {
+
+using namespace kawara;  // NOLINT(google-build-using-namespace): the program's own
+
+struct Options {
+  std::string config_path;
+  std::vector<std::string> overrides;
+  std::vector<std::string> logs;
+  std::string out;
+  double duration_s = 0.0;
+  bool check_config = false;
+};
+
+int Complain(const core::Error& error) {
+  std::fprintf(stderr, "kawara-onboard: %s\n", error.message.c_str());
+  return 2;
+}
+
+/// Signals are taken by sigtimedwait() in main; threads inherit the mask.
+sigset_t BlockSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+void WaitForSignal(const sigset_t& signals, double duration_s) {
+  const core::MonoTime end = core::MonoNow() + core::DurationFromSeconds(duration_s);
+  for (;;) {
+    const timespec nap{1, 0};
+    if (sigtimedwait(&signals, nullptr, &nap) > 0) return;
+    if (duration_s > 0.0 && core::MonoNow() >= end) return;
+  }
+}
+
+int RunLive(const onboard::OnboardConfig& config, double duration_s) {
+  const sigset_t signals = BlockSignals();
+  auto robot = onboard::LiveRobot::Start(config);
+  if (!robot) return Complain(robot.error());
+  WaitForSignal(signals, duration_s);
+  (*robot)->Stop();
+  std::printf("%s\n", (*robot)->Summary().c_str());
+  return 0;
+}
+
+core::Expected<onboard::OnboardConfig> ConfigFor(const Options& options,
+                                                 const std::vector<std::filesystem::path>& paths) {
+  if (!options.config_path.empty()) {
+    return core::config::Load<onboard::OnboardConfig>(options.config_path, options.overrides);
+  }
+  return comms::EventLogReader::Open(paths).and_then(
+      [](comms::EventLogReader reader) { return onboard::ReplayRobot::RecordedConfig(reader); });
+}
+
+int RunReplay(const Options& options) {
+  const std::vector<std::filesystem::path> paths(options.logs.begin(), options.logs.end());
+  const auto config = ConfigFor(options, paths);
+  if (!config) return Complain(config.error());
+  auto reader = comms::EventLogReader::Open(paths);
+  if (!reader) return Complain(reader.error());
+  comms::LogWriterOptions writer_options;
+  writer_options.fdatasync = false;  // a copy: it can be made again
+  auto writer = comms::EventLogWriter::Create(options.out, writer_options);
+  if (!writer) return Complain(writer.error());
+
+  core::Expected<void> written;
+  core::MonoTime now;  // the writer's sync time line: of no use here, and no clock is read
+  const auto stats = onboard::ReplayRobot::Play(
+      *reader, *config,
+      [&](std::string_view channel, std::span<const std::uint8_t> bytes, std::int64_t time_us) {
+        if (!written) return;
+        now = core::MonoTime::FromNs(time_us * 1000);
+        written = writer->Append(time_us, channel, bytes, now);
+      });
+  if (!stats) return Complain(stats.error());
+  if (written) written = writer->Close();
+  if (!written) return Complain(written.error());
+  std::printf(
+      "kawara-onboard: replayed %lld inputs: %lld fixes, %lld poses, %lld pictures, %lld events; "
+      "%llu damaged places in the log; output: %s\n",
+      static_cast<long long>(stats->inputs), static_cast<long long>(stats->fixes),
+      static_cast<long long>(stats->poses), static_cast<long long>(stats->pictures),
+      static_cast<long long>(stats->events),
+      static_cast<unsigned long long>(reader->stats().damage_count), options.out.c_str());
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "kawara-onboard: reads GPS receiver, attitude unit and omnidirectional camera, sends the 1st "
+      "update (pose and picture of every selected epoch) over LCM and records everything; with "
+      "--log it does the same again from a recording."};
+  Options options;
+  app.add_option("--config,-c", options.config_path, "the robot's YAML (see configs/)");
+  app.add_option("--set", options.overrides,
+                 "key=value over the configuration, e.g. gps.device=/dev/ttyUSB0");
+  app.add_option("--log", options.logs,
+                 "replay these logs (files or folders) instead of running live");
+  app.add_option("--out", options.out, "where the replay's messages go (an LCM event log)");
+  app.add_option("--duration", options.duration_s, "live: stop after so many seconds")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--check-config", options.check_config, "print the complete configuration and stop");
+  app.set_version_flag("--version", KAWARA_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : 2;
+  }
+  if (!options.logs.empty()) {
+    if (options.out.empty()) {
+      std::fprintf(stderr, "kawara-onboard: --log needs --out FILE for what the replay says\n");
+      return 2;
+    }
+    return RunReplay(options);
+  }
+  if (options.config_path.empty()) {
+    std::fprintf(stderr,
+                 "kawara-onboard: give the robot's configuration with --config (examples are in "
+                 "configs/), or a recording with --log\n");
+    return 2;
+  }
+  const auto config =
+      core::config::Load<onboard::OnboardConfig>(options.config_path, options.overrides);
+  if (!config) return Complain(config.error());
+  if (options.check_config) {
+    std::fputs(onboard::PublicYaml(*config).c_str(), stdout);
+    return 0;
+  }
+  return RunLive(*config, options.duration_s);
+}

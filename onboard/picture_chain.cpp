@@ -1,0 +1,129 @@
+#include "onboard/picture_chain.hpp"
+
+#include <limits>
+
+namespace kawara::onboard {
+namespace {
+
+/// How long a picture waits for the fix of its own epoch: a receiver's latency, the line, and some.
+constexpr core::Duration kPosePatience = core::Milliseconds(400);
+/// An exposure so little after the newest fix needs no later one: velocity carries it on within
+/// millimetres.
+constexpr core::Duration kSameEpoch = core::Milliseconds(30);
+
+}  // namespace
+
+PictureChain::PictureChain(const CameraConfig& camera, const ScheduleConfig& schedule,
+                           const estimation::GpsTimeline& timeline,
+                           const estimation::PoseComposer& composer, core::Events& events,
+                           CoreSink& out)
+    : camera_(camera),
+      timeline_(timeline),
+      composer_(composer),
+      events_(events),
+      out_(out),
+      scheduler_(schedule),
+      pairing_(core::DurationFromSeconds(camera.trigger_lead_s),
+               core::DurationFromSeconds(camera.pairing_window_s)),
+      half_exposure_(core::DurationFromSeconds(camera.exposure_s / 2)),
+      geoid_separation_m_(std::numeric_limits<double>::quiet_NaN()),
+      hdop_(std::numeric_limits<double>::quiet_NaN()) {}
+
+void PictureChain::OnFix(const core::GnssFix& fix) {
+  scheduler_.OnFix(fix.time, fix.has_position ? &fix.antenna : nullptr);
+  newest_fix_ = fix.time;
+  geoid_separation_m_ = fix.geoid_separation_m;
+  hdop_ = fix.hdop;
+}
+
+void PictureChain::OnSystemClock(core::MonoTime mono, core::UtcTime utc) {
+  system_mono_ = mono;
+  system_utc_ = utc;
+}
+
+void PictureChain::Tick(core::MonoTime now) {
+  if (camera_.source == "none") return;
+  Fire(now);
+  if (pairing_.Expire(now) > 0) {
+    events_.WarnHigh(now, "camera.no_frame", "the camera was triggered, but no frame came");
+  }
+  SendPoses(now);
+}
+
+void PictureChain::Fire(core::MonoTime now) {
+  const auto due = scheduler_.Due(now, timeline_);
+  if (!due) return;
+  ++stats_.triggers;
+  ++trigger_sequence_;
+  out_.Trigger(trigger_sequence_);
+  pairing_.OnTrigger({trigger_sequence_, *due, now});
+}
+
+void PictureChain::OnFrame(core::MonoTime now, const FrameInput& frame) {
+  const auto exposure = pairing_.OnFrame(frame);
+  Awaiting* free = nullptr;
+  for (Awaiting& wait : awaiting_) {
+    if (!wait.active) free = &wait;
+  }
+  const bool busy = in_flight_ >= kMaxInFlight || free == nullptr;
+  const bool selected = exposure.has_value() && !busy;
+  out_.OnFrame(frame, selected);
+  if (!exposure) {
+    events_.WarnLow(now, "camera.stray_frame", "a frame came that no trigger was waiting for");
+    return;
+  }
+  if (busy) {
+    ++stats_.skipped_busy;
+    events_.WarnHigh(now, "phase1.busy",
+                     "pictures are ordered faster than this computer makes them: one is left out");
+    return;
+  }
+  ++stats_.pictures;
+  ++in_flight_;
+  ++epoch_;
+  out_.OnPicture({epoch_, frame.slot});
+  const core::MonoTime middle = frame.exposure_start + half_exposure_;
+  *free = {true, epoch_, exposure->plan.reason, middle, middle + kPosePatience};
+  SendPoses(now);
+}
+
+void PictureChain::OnPictureDone() {
+  if (in_flight_ > 0) --in_flight_;
+}
+
+bool PictureChain::IsCovered(core::MonoTime exposure) const {
+  return timeline_.valid() && newest_attitude_ >= exposure &&
+         newest_fix_ + kSameEpoch >= timeline_.ToGps(exposure).time;
+}
+
+void PictureChain::SendPoses(core::MonoTime now) {
+  for (Awaiting& wait : awaiting_) {
+    if (!wait.active) continue;
+    const bool covered = IsCovered(wait.exposure);
+    if (!covered && now < wait.give_up) continue;
+    SendPose(wait, covered);
+    wait.active = false;
+  }
+}
+
+void PictureChain::SendPose(const Awaiting& wait, bool covered) {
+  if (!covered) ++stats_.blind_poses;
+  ExposurePose pose;
+  pose.epoch = wait.epoch;
+  pose.reason = wait.reason;
+  pose.body = composer_.At(wait.exposure, timeline_);
+  if (!pose.body.time.IsSet() && system_utc_.IsSet()) {
+    // No GPS time yet: better the computer's clock than none. The pose says that it is not valid.
+    pose.body.time = core::ToGps(system_utc_ + (wait.exposure - system_mono_));
+    pose.body.valid = false;
+  }
+  pose.camera = pose.body;
+  const Eigen::Matrix3d R_ned_body = core::RotationNedFromBody(pose.body.attitude);
+  pose.camera.position = core::OffsetNed(pose.body.position, R_ned_body * camera_.position_frd_m);
+  pose.gps_minus_utc_s = core::LeapSeconds().OffsetAt(pose.body.time);
+  pose.geoid_separation_m = geoid_separation_m_;
+  pose.hdop = hdop_;
+  out_.OnExposurePose(pose);
+}
+
+}  // namespace kawara::onboard
