@@ -9,6 +9,8 @@ namespace {
 constexpr core::Duration kSamePeriod = core::Milliseconds(4);
 constexpr core::Duration kLongestPeriod = core::Seconds(2);
 constexpr int kPeriodVotes = 3;
+/// Epochs a stall is looked through for (bounds the real-time path).
+constexpr int kMostPassed = 1000;
 
 std::int64_t NearestIndex(core::GpsTime t, core::Duration period) {
   const std::int64_t p = period.count();
@@ -58,21 +60,29 @@ void EpochScheduler::Plan(core::MonoTime now, const estimation::GpsTimeline& tim
   if (period_.count() <= 0 || !last_fix_.IsSet()) return PlanFreeRunning(now);
   const core::Duration lead = core::DurationFromSeconds(config_.trigger_lead_s);
   if (!timeline.valid()) return PlanFreeRunning(now);
-  // The first of the receiver's epochs (last fix + k periods) that can still be met and was not
-  // looked at yet.
+  // One epoch at a time, decided as soon as the one before it is past: distance and commands count
+  // until then.
   const core::Duration phase(last_fix_.ns() % period_.count());
-  auto next = timeline.NextEpoch(now, period_, phase, lead);
-  if (next && next->gps <= last_planned_ + period_ / 2) {
-    next = timeline.NextEpoch(next->mono, period_, phase, period_ / 2);
-  }
+  const auto next = timeline.NextEpoch(now, period_, phase, lead);
   if (!next) return PlanFreeRunning(now);
   const core::GpsTime epoch = next->gps;
+  if (epoch <= last_planned_ + period_ / 2) return;
+  CountPassed(epoch);
   const std::optional<PictureReason> reason = WantedAt(NearestIndex(epoch, period_));
   if (!reason) {
     last_planned_ = epoch;  // looked at and left out
     return;
   }
   next_ = PlannedExposure{epoch, next->mono - lead, *reason};
+}
+
+/// Wanted epochs between the last one decided and `next`: nobody called in time.
+void EpochScheduler::CountPassed(core::GpsTime next) {
+  if (!last_planned_.IsSet()) return;
+  core::GpsTime passed = last_planned_ + period_;
+  for (int i = 0; i < kMostPassed && passed + period_ / 2 < next; ++i, passed += period_) {
+    if (WantedAt(NearestIndex(passed, period_))) ++skipped_;
+  }
 }
 
 void EpochScheduler::PlanFreeRunning(core::MonoTime now) {

@@ -63,6 +63,7 @@ class EpochScheduler {
 
  private:
   void Plan(core::MonoTime now, const estimation::GpsTimeline& timeline);
+  void CountPassed(core::GpsTime next);
   void PlanFreeRunning(core::MonoTime now);
   std::optional<PictureReason> WantedAt(std::int64_t epoch_index) const;
 

@@ -44,7 +44,8 @@ TEST(BaudFinder, TriesEachRateOnceBeforeItIsExhausted) {
   while (!finder.exhausted()) {
     t += 4;
     ASSERT_EQ(finder.Tick(At(t), true), BaudFinder::Advice::kTryNext);
-    if (!finder.exhausted()) EXPECT_TRUE(tried.insert(finder.current()).second) << finder.current();
+    const bool is_new = tried.insert(finder.current()).second;
+    EXPECT_NE(is_new, finder.exhausted()) << finder.current();
     ASSERT_LT(t, 100);
   }
   EXPECT_EQ(finder.current(), 9600);
