@@ -263,7 +263,7 @@ void Ahrs400Dialogue::TickRunning(core::MonoTime now) {
     core::EventText text("AHRS: no packet for ");
     text.Append(core::ToSeconds(now - last_packet_), 1).Append(" s, ");
     text.Append(now - last_byte_ > config_.stall ? "the line is silent"
-                                                 : "only bytes that fit no packet");
+                                                 : "bytes come, but no new packet in them");
     Say(core::Severity::kWarnHigh, "ahrs.stalled", text.Append(": setting it up again"));
   }
   Start(now);

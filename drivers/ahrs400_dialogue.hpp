@@ -61,6 +61,8 @@ class Ahrs400Dialogue {
   /// The decoder found a packet. `sample` (if not voltages) also serves the check of the
   /// acceleration sign.
   void OnPacket(core::MonoTime now, Ahrs400Mode mode, const core::AhrsSample* sample);
+  /// The decoder found the same packet once more: the rate is right, but nothing is measured.
+  void OnFrozen() { ++packets_at_baud_; }
   /// Time-outs; call it every 5-20 ms (poll mode: at least at the poll period).
   void Tick(core::MonoTime now);
 

@@ -32,6 +32,7 @@ struct SimulatedUnit {
   bool hears = true;
   bool streaming = false;
   bool answers_version = true;
+  bool frozen = false;
   char mode = 'a';
   std::string version = "AHRS400CC-100 v1.08";
   std::int16_t z_acceleration = -10923;  // -1 g of 3 g full scale
@@ -39,7 +40,7 @@ struct SimulatedUnit {
   int phase_ms = 0;
 
   Bytes OnePacket() {
-    counter = static_cast<std::uint16_t>(counter - 21097);
+    if (!frozen) counter = static_cast<std::uint16_t>(counter - 21097);
     const auto z = static_cast<std::uint16_t>(z_acceleration);
     // Yaw 0x4848: data bytes that look like the ping's reply 'H'.
     if (mode == 'a') return Packet({10, 20, 0x4848, 1, 2, 3, 4, 5, z, 7, 8, 9, 1500, counter});
@@ -146,6 +147,8 @@ class Bench : private Ahrs400Sink {
     ++samples;
     dialogue.OnPacket(now_, mode, &sample);
   }
+
+  void OnFrozen(MonoTime, Ahrs400Mode) override { dialogue.OnFrozen(); }
 
   MonoTime now_ = MonoTime::FromNs(10'000'000'000);
   int baud_bps_;
@@ -264,6 +267,20 @@ TEST(Ahrs400Dialogue, StallIsSaidAndMended) {
   EXPECT_TRUE(bench.dialogue.running());
   EXPECT_GT(bench.samples, before);
   EXPECT_EQ(bench.dialogue.restarts(), 1U);
+}
+
+TEST(Ahrs400Dialogue, FrozenUnitIsSetUpAgainAtTheSameRate) {
+  Bench bench;
+  bench.dialogue.Start(bench.now());
+  ASSERT_TRUE(bench.RunUntilRunning(2000));
+  bench.RunMs(200);
+  bench.unit.frozen = true;
+  bench.RunMs(8000);
+  EXPECT_THAT(bench.Named("ahrs.stalled"), Contains(HasSubstr("no new packet")));
+  EXPECT_THAT(bench.Named("ahrs.baud"), IsEmpty());
+  EXPECT_EQ(bench.baud_bps(), 38400);
+  bench.unit.frozen = false;
+  EXPECT_TRUE(bench.RunUntilRunning(3000));
 }
 
 TEST(Ahrs400Dialogue, UnitThatFallsIntoAnotherModeIsSetUpAgain) {
