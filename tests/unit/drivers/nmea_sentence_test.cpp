@@ -30,10 +30,9 @@ TEST(NmeaProbe, TakesAddressAndFieldsApart) {
 }
 
 TEST(NmeaProbe, ManualsKnownAnswers) {
-  for (const char* text :
-       {"$PASHR,ACK*3D", "$PASHR,NAK*30", "$PASHR,TTT,4,03:32:45.0111305*0E", "$PASHR,LTN,29*05",
-        "$PASHR,PHE,R*57", "$PASHR,PPS,1,500,R*5D", "$PASHS,PPS,2,+500,R*74",
-        "$PASHR,XMG,12,Solution valid*4A"}) {
+  for (const char* text : {"$PASHR,ACK*3D", "$PASHR,NAK*30", "$PASHR,TTT,4,03:32:45.0111305*0E",
+                           "$PASHR,LTN,29*05", "$PASHR,PHE,R*57", "$PASHR,PPS,1,500,R*5D",
+                           "$PASHS,PPS,2,+500,R*74", "$PASHR,XMG,12,Solution valid*4A"}) {
     EXPECT_EQ(Probe(text).match, NmeaMatch::kSentence) << text;
   }
 }
