@@ -168,7 +168,8 @@ core::Expected<void> OgrDataset::ForEach(const std::string& sql,
     while (const OGRFeatureUniquePtr feature{result->GetNextFeature()}) row(*feature);
     dataset_->ReleaseResultSet(result);
   }
-  if (errors.failed()) return tl::unexpected(Classify(sql.substr(0, sql.find(' ')), errors.message()));
+  if (errors.failed())
+    return tl::unexpected(Classify(sql.substr(0, sql.find(' ')), errors.message()));
   return {};
 }
 

@@ -100,7 +100,8 @@ const LayerSchema& LayerByName(const std::string& name) {
   for (const LayerSchema& layer : kSchema) {
     if (name == layer.name) return layer;
   }
-  CORE_CHECK(!"no such layer");
+  constexpr bool kThereIsSuchALayer = false;
+  CORE_CHECK(kThereIsSuchALayer);
   return kSchema.front();
 }
 
