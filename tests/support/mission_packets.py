@@ -3,10 +3,12 @@
 The message classes come from lcm-gen's Python output (pure Python, no lcm module needed); log records and UDP
 datagrams are put together here after LCM's documentation (log-file-format, udp-multicast-protocol).
 """
+import atexit
 import importlib
 import io
 import math
 import os
+import shutil
 import socket
 import struct
 import subprocess
@@ -21,6 +23,7 @@ LOG_TIME_US = 1_795_328_705_000_000
 def load_types():
     """The package kawara with all message classes."""
     folder = tempfile.mkdtemp(prefix="kawara-lcmtypes-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     source = os.path.join(os.environ["KAWARA_SOURCE_DIR"], "comms", "lcmtypes")
     files = [os.path.join(source, f) for f in sorted(os.listdir(source))]
     subprocess.run(["lcm-gen", "-p", "--ppath", folder, *files], check=True)
