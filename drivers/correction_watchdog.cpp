@@ -1,5 +1,6 @@
 #include "drivers/correction_watchdog.hpp"
 
+#include <algorithm>
 #include <variant>
 
 namespace kawara::drivers {
@@ -64,8 +65,7 @@ void CorrectionWatchdog::OnRefused(core::MonoTime now, CorrectionFormat format, 
 
 void CorrectionWatchdog::Tick(core::MonoTime now) {
   if (!started_.IsSet()) started_ = now;
-  const auto age = Age(now);
-  const core::Duration shown = age.value_or(now - started_);
+  const core::Duration shown = now - std::max(started_, usable_at_);
   if (alarm_ || shown < config_.alarm_age) return;
   alarm_ = true;
   alarm_since_ = now - shown;
@@ -122,7 +122,7 @@ void CorrectionWatchdog::OnObservations(core::MonoTime now, bool needs_base) {
   has_observations_ = true;
   observations_at_ = now;
   needs_base_ = needs_base;
-  RecoverIfUsable(now);
+  NoteUsable(now);
 }
 
 void CorrectionWatchdog::OnBase(core::MonoTime now, std::uint16_t station,
@@ -139,12 +139,13 @@ void CorrectionWatchdog::OnBase(core::MonoTime now, std::uint16_t station,
     }
   }
   base_ = Base{station, ecef_m, now};
-  RecoverIfUsable(now);
+  NoteUsable(now);
 }
 
-void CorrectionWatchdog::RecoverIfUsable(core::MonoTime now) {
-  const auto age = Age(now);
-  if (!alarm_ || !age || *age >= config_.alarm_age) return;
+void CorrectionWatchdog::NoteUsable(core::MonoTime now) {
+  if (!Age(now)) return;
+  usable_at_ = observations_at_;
+  if (!alarm_ || now - usable_at_ >= config_.alarm_age) return;
   alarm_ = false;
   core::EventText text("usable corrections again after ");
   text.Append(core::ToSeconds(now - alarm_since_), 1).Append(" s");

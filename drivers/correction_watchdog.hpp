@@ -75,7 +75,7 @@ class CorrectionWatchdog {
   void Count(core::MonoTime now, CorrectionFormat format, std::uint16_t type, std::size_t bytes);
   void OnObservations(core::MonoTime now, bool needs_base);
   void OnBase(core::MonoTime now, std::uint16_t station, const Eigen::Vector3d& ecef_m);
-  void RecoverIfUsable(core::MonoTime now);
+  void NoteUsable(core::MonoTime now);
 
   const CorrectionWatchdogConfig config_;
   core::Events& events_;
@@ -83,6 +83,8 @@ class CorrectionWatchdog {
   bool has_observations_ = false;
   bool needs_base_ = true;  ///< of the last observations: code corrections bring their own
   core::MonoTime observations_at_;
+  core::MonoTime
+      usable_at_;  ///< arrival of the last observations for which a base position was known
   std::optional<Base> base_;
   std::optional<std::uint16_t> coarse_station_;
   Eigen::Vector3d coarse_m_ =

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/crc24q.hpp"
+#include "tests/support/counting_allocator.hpp"
 
 /// Files and small builders shared by the tests of corrections.
 namespace kawara::drivers::testing {
@@ -75,7 +76,6 @@ void ForPieces(std::span<const std::uint8_t> bytes, std::size_t longest, Use use
   }
 }
 
-/// Heap allocations of this thread so far.
-std::uint64_t AllocationsOfThisThread();
+using kawara::testing::AllocationsOfThisThread;
 
 }  // namespace kawara::drivers::testing
