@@ -248,8 +248,13 @@ const Rtcm2Message* Rtcm2Decoder::LockOn(Track& track) noexcept {
 /// The message of `track` is whole and becomes the last one, to be handed out now or once it is
 /// confirmed.
 void Rtcm2Decoder::Complete(Track& track) noexcept {
-  if (has_last_ && !last_is_out_) ++stats_.unconfirmed;
   track.words = 0;
+  if (has_last_ && !last_is_out_) {
+    ++stats_.unconfirmed;
+    // Of two that overlap one is false: the one with fewer words to prove itself.
+    const bool overlap = track.begin + 1 < last_.stream_end;
+    if (overlap && track.message.data_words < last_.data_words) return;
+  }
   last_ = track.message;
   if (last_.type == 0) last_.type = 64;  // six bits
   last_.stream_end = stats_.bytes;

@@ -87,16 +87,13 @@ std::string AsChunks(const std::string& text) {
 }
 
 TEST(NtripClient, StreamsFromVersionOne) {
-  std::string request;
-  SmallCaster caster([&](int, const std::string& r) {
-    request = r;
-    return SmallCaster::Answer{"ICY 200 OK\r\n" + kPayload};
-  });
+  SmallCaster caster(
+      [](int, const std::string&) { return SmallCaster::Answer{"ICY 200 OK\r\n" + kPayload}; });
   Session session(caster.port(), 1);
   ASSERT_TRUE(session.RunUntil([&] { return session.received.size() == kPayload.size(); }));
   EXPECT_EQ(std::string(session.received.begin(), session.received.end()), kPayload);
-  EXPECT_THAT(request, HasSubstr("GET /TSUK0 HTTP/1.0\r\n"));
-  EXPECT_THAT(request, HasSubstr("Authorization: Basic cm9ib3Q6c2VjcmV0\r\n"));
+  EXPECT_THAT(caster.request(), HasSubstr("GET /TSUK0 HTTP/1.0\r\n"));
+  EXPECT_THAT(caster.request(), HasSubstr("Authorization: Basic cm9ib3Q6c2VjcmV0\r\n"));
   EXPECT_EQ(session.client().state(), NtripClient::State::kStreaming);
   EXPECT_THAT(session.Text("ntrip.streaming"), HasSubstr("streaming TSUK0"));
 }
@@ -207,15 +204,12 @@ TEST(NtripClient, UploadsThePositionOnceThereIsAFixAndAgain) {
 }
 
 TEST(NtripClient, SendsThePositionWithARequestOfVersionTwo) {
-  std::string request;
-  SmallCaster caster([&](int, const std::string& r) {
-    request = r;
-    return SmallCaster::Answer{kChunked + AsChunks("x")};
-  });
+  SmallCaster caster(
+      [](int, const std::string&) { return SmallCaster::Answer{kChunked + AsChunks("x")}; });
   Session session(caster.port());
   session.client().OnFix(Fix(core::RtkState::kFixed));
   ASSERT_TRUE(session.RunUntil([&] { return !session.received.empty(); }));
-  EXPECT_THAT(request, HasSubstr("\r\nNtrip-GGA: $GPGGA,070809.00,"));
+  EXPECT_THAT(caster.request(), HasSubstr("\r\nNtrip-GGA: $GPGGA,070809.00,"));
 }
 
 TEST(NtripClient, BackoffGrowsToItsLimitWithJitterFromTheSeed) {

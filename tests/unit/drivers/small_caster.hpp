@@ -48,6 +48,11 @@ class SmallCaster {
   }
   std::uint16_t port() const { return port_; }
   int connections() const { return connections_; }
+  /// The newest request, up to its blank line.
+  std::string request() const {
+    const std::lock_guard lock(mutex_);
+    return request_;
+  }
   std::string uploaded() const {
     const std::lock_guard lock(mutex_);
     return uploaded_;
@@ -78,6 +83,10 @@ class SmallCaster {
       if (n <= 0) return;
       request.append(buffer, static_cast<std::size_t>(n));
     }
+    {
+      const std::lock_guard lock(mutex_);
+      request_ = request;
+    }
     const Answer answer = answer_(connection, request);
     (void)!::send(client, answer.text.data(), answer.text.size(), MSG_NOSIGNAL);
     while (!answer.close_at_once && WaitFor(client)) {
@@ -94,6 +103,7 @@ class SmallCaster {
   std::atomic<bool> stop_{false};
   std::atomic<int> connections_{0};
   mutable std::mutex mutex_;
+  std::string request_;
   std::string uploaded_;
   std::thread thread_;
 };
