@@ -19,7 +19,7 @@ std::uint16_t Crc16(std::uint64_t bits) {
   for (int shift = 63; shift >= 0; --shift) {
     const bool bit = ((bits >> shift) & 1U) != 0;
     const bool top = (crc & 0x8000U) != 0;
-    crc = static_cast<std::uint16_t>(crc << 1);
+    crc = static_cast<std::uint16_t>(unsigned{crc} << 1);
     if (bit != top) crc ^= 0x1021U;
   }
   return crc;
@@ -74,7 +74,7 @@ std::optional<CaptionReading> ReadCaption(const cv::Mat& picture) {
     if (cell < 64) {
       data = (data << 1) | bit;
     } else {
-      crc = static_cast<std::uint16_t>((crc << 1) | bit);
+      crc = static_cast<std::uint16_t>((unsigned{crc} << 1) | bit);
     }
   }
   if (crc != Crc16(data)) return std::nullopt;

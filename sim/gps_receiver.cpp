@@ -11,8 +11,9 @@ constexpr std::size_t kLongestCommand = 128;
 /// Epochs of the recording lie a millisecond before the quarter second; periods count from full
 /// seconds.
 constexpr core::Duration kEpochTolerance = core::Milliseconds(5);
-/// Pulse to $PASHR,PTT and $PASHR,TTT; the manual promises PTT within 100 ms.
-constexpr double kPulseReport_s = 0.030;
+/// Pulse to $PASHR,PTT and $PASHR,TTT, least. PTT leaves before the burst of an epoch on the
+/// second; the manual promises it within 100 ms.
+constexpr double kPulseReport_s = 0.010;
 constexpr double kWanderTau_s = 60.0;
 
 /// Standard deviation of the wandering error, horizontal per axis and down: ordinary figures for
@@ -141,7 +142,7 @@ void GpsReceiver::TakePulses() {
     }
     last_event_interval_ = interval;
     events_.push_back(
-        {pulse + core::DurationFromSeconds(kPulseReport_s * (0.5 + dice_.Uniform())), time});
+        {pulse + core::DurationFromSeconds(kPulseReport_s * (1.0 + dice_.Uniform())), time});
   }
 }
 
