@@ -82,8 +82,8 @@ core::Expected<void> RemapTable::Rebuild(const CameraModel& source, const Camera
   runs_per_row_ = (target_width_px_ + kRunPixels - 1) / kRunPixels;
   runs_.clear();
   entries_.clear();
-  for (int row = 0; row < target_height_px_; ++row) {
-    for (int run = 0; run < runs_per_row_; ++run) {
+  for (int run = 0; run < runs_per_row_; ++run) {
+    for (int row = 0; row < target_height_px_; ++row) {
       AddRun(source, target, R_source_target, std::clamp(max_samples, 1, 16), run * kRunPixels,
              row);
     }
@@ -165,13 +165,12 @@ void RemapTable::AddRun(const CameraModel& source, const CameraModel& target,
   runs_.push_back(run);
 }
 
-void RemapTable::ApplyRows(const ConstImageView& source, const ImageView& target, int first_row,
-                           int end_row) const {
+void RemapTable::ApplyBands(const ConstImageView& source, const ImageView& target, int first_band,
+                            int end_band) const {
   const RemapSource pixels{source.data, source.stride_bytes(), source.size_bytes()};
-  for (int row = first_row; row < end_row; ++row) {
-    const Run* runs =
-        runs_.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(runs_per_row_);
-    RemapRow(pixels, runs, runs_per_row_, entries_.data(), target.row(row));
+  for (int band = first_band; band < end_band; ++band) {
+    RemapBand(pixels, &run(band, 0), target_height_px_, entries_.data(),
+              target.data + band * kRunPixels * kRgbBytes, target.stride_bytes());
   }
 }
 
@@ -180,14 +179,14 @@ void RemapTable::Apply(const ConstImageView& source, const ImageView& target, in
   CORE_CHECK(target.width_px == target_width_px_ && target.height_px == target_height_px_);
   threads = std::min(threads, tbb::info::default_concurrency());
   if (threads <= 1) {
-    ApplyRows(source, target, 0, target_height_px_);
+    ApplyBands(source, target, 0, runs_per_row_);
     return;
   }
   tbb::task_arena arena(threads);
   arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<int>(0, target_height_px_, 16),
-                      [&](const tbb::blocked_range<int>& rows) {
-                        ApplyRows(source, target, rows.begin(), rows.end());
+    tbb::parallel_for(tbb::blocked_range<int>(0, runs_per_row_),
+                      [&](const tbb::blocked_range<int>& bands) {
+                        ApplyBands(source, target, bands.begin(), bands.end());
                       });
   });
 }

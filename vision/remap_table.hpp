@@ -46,7 +46,7 @@ class RemapTable {
                                const Eigen::Matrix3d& R_source_target, int max_samples = 4);
 
   /// Fills `target` from `source`; sizes must be those of the cameras (CORE_CHECK). Parallel over
-  /// bands of rows if threads > 1 (oneTBB, no more than the machine has); with 1 it stays in the
+  /// bands of columns if threads > 1 (oneTBB, no more than the machine has); with 1 it stays in the
   /// calling thread and allocates nothing.
   void Apply(const ConstImageView& source, const ImageView& target, int threads = 1) const;
 
@@ -67,14 +67,20 @@ class RemapTable {
     std::uint8_t pixels = 0;
     bool near_end = false;  ///< an 8-byte read would pass the end of the source
   };
-  const std::vector<Run>& runs() const { return runs_; }
+  /// Run number `band` (from the left) of row `row`. They are stored band by band, from the top: a
+  /// band of an unwrapped ring is a sector, whose pixels stay in the nearest caches while it is
+  /// worked on.
+  const Run& run(int band, int row) const {
+    return runs_[static_cast<std::size_t>(band) * static_cast<std::size_t>(target_height_px_) +
+                 static_cast<std::size_t>(row)];
+  }
   const std::vector<RemapEntry>& entries() const { return entries_; }
 
  private:
   void AddRun(const CameraModel& source, const CameraModel& target,
               const Eigen::Matrix3d& R_source_target, int max_samples, int first_column, int row);
-  void ApplyRows(const ConstImageView& source, const ImageView& target, int first_row,
-                 int end_row) const;
+  void ApplyBands(const ConstImageView& source, const ImageView& target, int first_band,
+                  int end_band) const;
 
   int source_width_px_ = 0, source_height_px_ = 0;
   int target_width_px_ = 0, target_height_px_ = 0;

@@ -49,10 +49,7 @@ std::vector<Remapping> Remappings() {
 // approximate.
 double Reference(const Remapping& s, const RemapTable& table, const ConstImageView& source, int u,
                  int v, int channel) {
-  const std::size_t runs_per_row =
-      table.runs().size() / static_cast<std::size_t>(s.target->height_px());
-  const auto& run = table.runs()[static_cast<std::size_t>(v) * runs_per_row +
-                                 static_cast<std::size_t>(u / RemapTable::kRunPixels)];
+  const auto& run = table.run(u / RemapTable::kRunPixels, v);
   if (run.samples_u == 0) return 0.0;
   double sum = 0.0;
   for (int sv = 0; sv < run.samples_v; ++sv) {
