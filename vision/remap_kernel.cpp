@@ -23,11 +23,10 @@ HWY_INLINE std::uint32_t Blend(std::uint32_t a, std::uint32_t b, std::uint32_t w
   return a - (a * weight >> 16) + (b * weight >> 16);
 }
 
-void Band(const RemapSource& source, const RemapTable::Run* runs, int run_count,
-          const RemapEntry* entries, std::uint8_t* target, std::size_t target_stride_bytes) {
-  for (int r = 0; r < run_count; ++r, target += target_stride_bytes) {
+void Row(const RemapSource& source, const RemapTable::Run* runs, int run_count,
+         const RemapEntry* entries, std::uint8_t* target) {
+  for (int r = 0; r < run_count; ++r) {
     const RemapTable::Run& run = runs[r];
-    std::uint8_t* level_out = target;
     const std::uint32_t samples = std::uint32_t{run.samples_u} * run.samples_v;
     for (std::size_t i = 0; i < run.pixels; ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
@@ -42,7 +41,7 @@ void Band(const RemapSource& source, const RemapTable::Run* runs, int run_count,
                     Blend(256U * lower[0], 256U * lower[3], entry.weight_right), entry.weight_down);
           mean += samples > 1 ? level * (65536 / samples) >> 16 : level;
         }
-        *level_out++ = static_cast<std::uint8_t>((mean + 128) >> 8);
+        *target++ = static_cast<std::uint8_t>((mean + 128) >> 8);
       }
     }
   }
@@ -134,8 +133,8 @@ void Pack(const std::uint8_t* pairs, std::size_t count, std::uint8_t* target) {
   for (; i < count; i += 2) std::memcpy(target + 3 * i, pairs + 8 * i, i + 1 < count ? 6 : 3);
 }
 
-void Band(const RemapSource& source, const RemapTable::Run* runs, int run_count,
-          const RemapEntry* entries, std::uint8_t* target, std::size_t target_stride_bytes) {
+void Row(const RemapSource& source, const RemapTable::Run* runs, int run_count,
+         const RemapEntry* entries, std::uint8_t* target) {
   const hn::ScalableTag<std::uint8_t> d8;
   const hn::Repartition<std::uint16_t, decltype(d8)> d16;
   const std::size_t lanes = hn::Lanes(d8) / 8;  // pixels a vector
@@ -147,12 +146,13 @@ void Band(const RemapSource& source, const RemapTable::Run* runs, int run_count,
   HWY_ALIGN std::uint8_t pairs[kRun * 8];
   RemapEntry tail[kRun];  // weights of a short run: whole vectors must not read past the table
 
-  for (int r = 0; r < run_count; ++r, target += target_stride_bytes) {
+  for (int r = 0; r < run_count; ++r) {
     const RemapTable::Run& run = runs[r];
     const std::size_t count = run.pixels;
     const std::size_t samples = std::size_t{run.samples_u} * run.samples_v;
     if (samples == 0) {
       std::memset(target, 0, count * 3);
+      target += count * 3;
       continue;
     }
     const RemapEntry* sample = entries + run.first_entry;
@@ -180,6 +180,7 @@ void Band(const RemapSource& source, const RemapTable::Run* runs, int run_count,
       }
     }
     Pack(pairs, count, target);
+    target += count * 3;
   }
 }
 
@@ -192,11 +193,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kawara::vision {
 
-HWY_EXPORT(Band);
+HWY_EXPORT(Row);
 
-void RemapBand(const RemapSource& source, const RemapTable::Run* runs, int run_count,
+void RemapBand(const RemapSource& source, const RemapTable::Run* runs, int runs_per_row, int rows,
                const RemapEntry* entries, std::uint8_t* target, std::size_t target_stride_bytes) {
-  HWY_DYNAMIC_DISPATCH(Band)(source, runs, run_count, entries, target, target_stride_bytes);
+  const auto row_function = HWY_DYNAMIC_DISPATCH(Row);
+  for (int row = 0; row < rows; ++row) {
+    row_function(source, runs, runs_per_row, entries, target);
+    runs += runs_per_row;
+    target += target_stride_bytes;
+  }
 }
 
 }  // namespace kawara::vision

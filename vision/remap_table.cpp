@@ -82,10 +82,12 @@ core::Expected<void> RemapTable::Rebuild(const CameraModel& source, const Camera
   runs_per_row_ = (target_width_px_ + kRunPixels - 1) / kRunPixels;
   runs_.clear();
   entries_.clear();
-  for (int run = 0; run < runs_per_row_; ++run) {
+  for (int first = 0; first < runs_per_row_; first += kBandRuns) {
     for (int row = 0; row < target_height_px_; ++row) {
-      AddRun(source, target, R_source_target, std::clamp(max_samples, 1, 16), run * kRunPixels,
-             row);
+      for (int run = first; run < std::min(first + kBandRuns, runs_per_row_); ++run) {
+        AddRun(source, target, R_source_target, std::clamp(max_samples, 1, 16), run * kRunPixels,
+               row);
+      }
     }
   }
   if (entries_.size() > std::numeric_limits<std::uint32_t>::max()) {
@@ -169,25 +171,27 @@ void RemapTable::ApplyBands(const ConstImageView& source, const ImageView& targe
                             int end_band) const {
   const RemapSource pixels{source.data, source.stride_bytes(), source.size_bytes()};
   for (int band = first_band; band < end_band; ++band) {
-    RemapBand(pixels, &run(band, 0), target_height_px_, entries_.data(),
-              target.data + band * kRunPixels * kRgbBytes, target.stride_bytes());
+    const int first_run = band * kBandRuns;
+    RemapBand(pixels, &run(first_run, 0), std::min(kBandRuns, runs_per_row_ - first_run),
+              target_height_px_, entries_.data(), target.data + first_run * kRunPixels * kRgbBytes,
+              target.stride_bytes());
   }
 }
 
 void RemapTable::Apply(const ConstImageView& source, const ImageView& target, int threads) const {
   CORE_CHECK(source.width_px == source_width_px_ && source.height_px == source_height_px_);
   CORE_CHECK(target.width_px == target_width_px_ && target.height_px == target_height_px_);
+  const int bands = (runs_per_row_ + kBandRuns - 1) / kBandRuns;
   threads = std::min(threads, tbb::info::default_concurrency());
   if (threads <= 1) {
-    ApplyBands(source, target, 0, runs_per_row_);
+    ApplyBands(source, target, 0, bands);
     return;
   }
   tbb::task_arena arena(threads);
   arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<int>(0, runs_per_row_),
-                      [&](const tbb::blocked_range<int>& bands) {
-                        ApplyBands(source, target, bands.begin(), bands.end());
-                      });
+    tbb::parallel_for(tbb::blocked_range<int>(0, bands), [&](const tbb::blocked_range<int>& part) {
+      ApplyBands(source, target, part.begin(), part.end());
+    });
   });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -32,6 +33,7 @@ static_assert(sizeof(RemapEntry) == 8);
 class RemapTable {
  public:
   static constexpr int kRunPixels = 64;
+  static constexpr int kBandRuns = 16;
   static constexpr double kSampleStepPx = 1.25;
 
   /// `R_source_target` takes directions in the target camera's frame to the source camera's frame.
@@ -67,12 +69,15 @@ class RemapTable {
     std::uint8_t pixels = 0;
     bool near_end = false;  ///< an 8-byte read would pass the end of the source
   };
-  /// Run number `band` (from the left) of row `row`. They are stored band by band, from the top: a
-  /// band of an unwrapped ring is a sector, whose pixels stay in the nearest caches while it is
-  /// worked on.
-  const Run& run(int band, int row) const {
-    return runs_[static_cast<std::size_t>(band) * static_cast<std::size_t>(target_height_px_) +
-                 static_cast<std::size_t>(row)];
+  /// Run `number` (from the left) of row `row`. Runs are stored and worked on in bands of kBandRuns
+  /// beside each other, from the top: a band of an unwrapped ring is a sector, whose pixels stay in
+  /// the nearest caches.
+  const Run& run(int number, int row) const {
+    const int first = number / kBandRuns * kBandRuns;
+    const int in_band = std::min(kBandRuns, runs_per_row_ - first);
+    return runs_[static_cast<std::size_t>(first) * static_cast<std::size_t>(target_height_px_) +
+                 static_cast<std::size_t>(row) * static_cast<std::size_t>(in_band) +
+                 static_cast<std::size_t>(number - first)];
   }
   const std::vector<RemapEntry>& entries() const { return entries_; }
 
