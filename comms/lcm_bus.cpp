@@ -142,7 +142,8 @@ core::Expected<void> LcmBus::Publish(std::string_view channel, std::span<const s
 }
 
 core::Expected<void> LcmBus::Subscribe(const std::string& channel, Handler handler) {
-  auto subscriber = std::make_unique<Impl::Subscriber>(impl_.get(), std::move(handler));
+  std::unique_ptr<Impl::Subscriber> subscriber(
+      new Impl::Subscriber{impl_.get(), std::move(handler)});
   lcm_subscription_t* subscription =
       lcm_subscribe(impl_->lcm, channel.c_str(), &Impl::OnMessage, subscriber.get());
   if (subscription == nullptr) {

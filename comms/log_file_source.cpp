@@ -72,7 +72,7 @@ std::span<const std::uint8_t> LogFileSource::View(std::uint64_t offset, std::siz
       if (kept > 0) std::memcpy(larger.get(), kept_bytes, kept);
       buffer_ = std::move(larger);
       capacity_ = capacity;
-    } else if (kept > 0) {
+    } else if (kept > 0 && kept_bytes != buffer_.get()) {
       std::memmove(buffer_.get(), kept_bytes, kept);
     }
     Read(begin + kept, {buffer_.get() + kept, needed - kept});

@@ -121,7 +121,7 @@ TEST(Convert, WhatCannotBeIsRefused) {
   EXPECT_TRUE(refused([](pose_t& m) { m.rtk_state = -1; }));
   EXPECT_TRUE(refused([](pose_t& m) { m.lat_deg = 90.1; }));
   EXPECT_TRUE(refused([](pose_t& m) { m.lon_deg = kNaN; }));
-  EXPECT_TRUE(refused([](pose_t& m) { m.yaw_deg = INFINITY; }));
+  EXPECT_TRUE(refused([](pose_t& m) { m.yaw_deg = std::numeric_limits<double>::infinity(); }));
   EXPECT_TRUE(refused([](pose_t& m) { m.position_cov_enu_m2[4] = kNaN; }));
   EXPECT_FALSE(refused(
       [](pose_t& m) { m.valid = 0, m.lat_deg = kNaN; }));  // says itself that it is not known
