@@ -14,7 +14,7 @@
 namespace kawara::comms {
 namespace {
 
-constexpr std::size_t kChunkBytes = 1 << 20;
+constexpr std::size_t kChunkBytes = 256 << 10;  // stays in the processor's cache
 constexpr std::size_t kMaxKeptBytes = 32 << 20;
 // When a read fails, what is around the bad place is fetched in pieces of a disk sector.
 constexpr std::size_t kSectorBytes = 4096;

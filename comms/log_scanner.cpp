@@ -9,8 +9,11 @@
 namespace kawara::comms {
 namespace {
 
+// As far as a list of CRCs is looked for; the writer makes one long before.
 constexpr std::size_t kMaxWindowEvents = 16384;
 constexpr std::uint64_t kMaxWindowBytes = 64 << 20;
+// In a log that seems to have none.
+constexpr std::uint64_t kSmallWindowBytes = 512 << 10;
 
 std::string EventName(const LogRecordHeader& header) {
   return "event " + std::to_string(header.number);
@@ -45,8 +48,9 @@ void LogScanner::FillWindow() {
   next_in_window_ = 0;
   window_begin_ = position_;
   std::optional<std::vector<LogCrcEntry>> entries;
+  const std::uint64_t max_bytes = expect_lists_ ? kMaxWindowBytes : kSmallWindowBytes;
   while (position_ < source_.size() && window_.size() < kMaxWindowEvents &&
-         position_ - window_begin_ < kMaxWindowBytes) {
+         position_ - window_begin_ < max_bytes) {
     std::optional<Candidate> c = CandidateAt(position_);
     if (!c) {
       position_ = source_.Find(kLogSync, position_ + 1, window_begin_);
@@ -54,6 +58,7 @@ void LogScanner::FillWindow() {
     }
     position_ = c->confirmed ? c->end : c->begin + 4;
     window_.push_back(*c);
+    if (c->confirmed) (void)Bytes(*c);  // so that the file is read once, in one go
     if (!c->is_crc_list) continue;
     entries = ReadLogCrcRecord(Bytes(*c));
     if (entries) {
@@ -69,9 +74,14 @@ void LogScanner::FillWindow() {
   DropOverlapped();
   ReportDamage();
   whole_window_ = entries.has_value();
+  expect_lists_ = entries.has_value();
 }
 
 std::optional<LogScanner::Candidate> LogScanner::CandidateAt(std::uint64_t offset) {
+  const auto start_bytes =
+      std::min<std::uint64_t>(source_.size() - offset, kLogHeaderBytes + kLogMaxChannelBytes + 8);
+  (void)source_.View(offset, static_cast<std::size_t>(start_bytes),
+                     window_begin_);  // what is peeked at below
   const std::optional<LogRecordHeader> header = PlausibleHeader(offset, false);
   if (!header) return std::nullopt;
   Candidate c;

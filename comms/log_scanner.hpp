@@ -81,6 +81,7 @@ class LogScanner {
   std::size_t next_in_window_ = 0;
   bool whole_window_ =
       true;  ///< the window starts at the file's start or right after a good LOG.CRC
+  bool expect_lists_ = true;  ///< the last window ended with one
   std::int64_t last_number_ = std::numeric_limits<std::int64_t>::min();  ///< of the last good event
   std::uint64_t damaged_events_ = 0;
 };

@@ -28,11 +28,11 @@ std::filesystem::path WriteLog(const std::filesystem::path& path, std::size_t to
     for (auto& byte : *blob) byte = static_cast<std::uint8_t>(random());
   }
   auto writer = comms::EventLogWriter::Create(
-      path, {.sync_interval = std::chrono::hours(1), .fdatasync = false, .crc = crc});
+      path, {.sync_interval = core::Milliseconds(100), .fdatasync = false, .crc = crc});
   for (std::int64_t i = 0; writer && writer->bytes() < total_bytes; ++i) {
     const bool is_picture = i % 101 == 100;
     if (!writer->Append(i * 1000, is_picture ? "FRAME" : "RAW.AHRS", is_picture ? picture : small,
-                        core::MonoTime::FromNs(1)))
+                        core::MonoTime::FromNs(i * 1'000'000)))
       std::abort();
   }
   if (!writer || !writer->Close()) std::abort();
