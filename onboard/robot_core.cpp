@@ -1,7 +1,7 @@
 #include "onboard/robot_core.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <cmath>
 #include <cstring>
 
 namespace kawara::onboard {
@@ -47,7 +47,8 @@ RobotCore::RobotCore(const OnboardConfig& config, core::Counters& counters, Core
       wants_corrections_(config.corrections.source != "none"),
       pictures_(config.camera, WithLead(config.schedule.rule, config.camera), timeline_, composer_,
                 events_, out),
-      counters_(counters) {}
+      counters_(counters),
+      configured_latency_s_(config.gps.latency_s) {}
 
 void RobotCore::OnInput(const Input& input) {
   out_.OnInput(input);
@@ -106,7 +107,12 @@ void RobotCore::Advance(core::MonoTime now) {
 }
 
 void RobotCore::OnGpsFix(const core::GnssFix& fix) {
-  timeline_.AddEpoch(fix.time, fix.arrival);
+  // A receiver that tells its own latency (LTN) dates its bursts better than the configured least
+  // latency.
+  if (std::isfinite(fix.latency_s)) {
+    latency_correction_ = core::DurationFromSeconds(fix.latency_s - configured_latency_s_);
+  }
+  timeline_.AddEpoch(fix.time, fix.arrival - latency_correction_);
   composer_.AddFix(fix, timeline_);
   pictures_.OnFix(fix);
 }

@@ -54,6 +54,8 @@ class RobotCore : private GpsListener, private AhrsListener {
   bool wants_corrections_;
   PictureChain pictures_;
   CoreCounters counters_;
+  double configured_latency_s_;
+  core::Duration latency_correction_{};  ///< what the receiver says beyond it
   core::MonoTime now_;
   core::MonoTime next_second_;
 };
