@@ -12,10 +12,8 @@ set(KAWARA_WARNINGS
     -Wnon-virtual-dtor -Werror)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   list(APPEND KAWARA_WARNINGS -Wduplicated-cond -Wlogical-op)
-  # False positives of gcc 12 in Eigen and std::optional once sanitizers or -O3 inline them.
-  list(APPEND KAWARA_WARNINGS -Wno-maybe-uninitialized -Wno-null-dereference)
-  # And in std::string's operator+ at -O3 (GCC bug 105651).
-  list(APPEND KAWARA_WARNINGS -Wno-restrict)
+  # False positives of gcc 12 in Eigen, std::optional and std::string once sanitizers or -O3 inline them.
+  list(APPEND KAWARA_WARNINGS -Wno-maybe-uninitialized -Wno-null-dereference -Wno-restrict)
 endif()
 
 add_library(kawara_options INTERFACE)

@@ -43,15 +43,15 @@ run_sanitized() { # preset folder...
 run_fuzz() { # seconds [target...]
   local seconds=$1 name rc corpus
   shift
-  build fuzz || { note "fuzz build" 1; return; }
+  build asan || { note "fuzz build" 1; return; }
   local names=("$@")
-  [ ${#names[@]} -gt 0 ] || for name in build/fuzz/bin/fuzz_*; do names+=("$(basename "$name" | sed s/^fuzz_//)"); done
+  [ ${#names[@]} -gt 0 ] || for name in build/asan/bin/fuzz_*; do names+=("$(basename "$name" | sed s/^fuzz_//)"); done
   mkdir -p out/fuzz
   for name in "${names[@]}"; do
     corpus=out/fuzz/$name
     mkdir -p "$corpus"
     rc=0
-    "build/fuzz/bin/fuzz_$name" -max_total_time="$seconds" -max_len=4096 -rss_limit_mb=1024 -timeout=5 -malloc_limit_mb=256 \
+    "build/asan/bin/fuzz_$name" -max_total_time="$seconds" -max_len=4096 -rss_limit_mb=1024 -timeout=5 -malloc_limit_mb=256 \
       -print_final_stats=1 -artifact_prefix="out/fuzz/crash-$name-" "$corpus" "tests/fuzz/corpus/$name" >"out/fuzz/$name.log" 2>&1 || rc=$?
     echo "fuzz $name: $(grep -oE 'number_of_executed_units: +[0-9]+' "out/fuzz/$name.log" | grep -oE '[0-9]+$' || echo 0) runs in $seconds s, exit $rc"
     [ "$rc" -eq 0 ] || tail -n 25 "out/fuzz/$name.log" >&2
