@@ -35,11 +35,15 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         HostilePose{"LatitudeNan", [](auto& p) { p.pose.lat_deg = std::nan(""); }, "lat_deg"},
         HostilePose{"LatitudeBeyondThePole", [](auto& p) { p.pose.lat_deg = 90.0001; }, "lat_deg"},
-        HostilePose{"LongitudeInfinite", [](auto& p) { p.pose.lon_deg = -INFINITY; }, "lon_deg"},
+        HostilePose{"LongitudeInfinite",
+                    [](auto& p) { p.pose.lon_deg = -std::numeric_limits<double>::infinity(); },
+                    "lon_deg"},
         HostilePose{"HeightInSpace", [](auto& p) { p.pose.h_ellipsoidal_m = 1e9; }, "h_ellips"},
         HostilePose{"YawNan", [](auto& p) { p.pose.yaw_deg = std::nan(""); }, "attitude"},
-        HostilePose{"VelocityInfinite", [](auto& p) { p.pose.velocity_enu_mps[1] = INFINITY; },
-                    "velocity"},
+        HostilePose{
+            "VelocityInfinite",
+            [](auto& p) { p.pose.velocity_enu_mps[1] = std::numeric_limits<double>::infinity(); },
+            "velocity"},
         HostilePose{"AccuracyNegative", [](auto& p) { p.pose.position_sd_enu_m[0] = -1; },
                     "accuracy"},
         HostilePose{"StateUnknown", [](auto& p) { p.pose.rtk = static_cast<core::RtkState>(200); },
