@@ -48,8 +48,10 @@ class BitWriter {
 };
 
 inline Bytes MakeRtcm3Frame(std::span<const std::uint8_t> payload, std::uint8_t reserved = 0) {
-  Bytes frame{0xD3, static_cast<std::uint8_t>((reserved << 2) | (payload.size() >> 8)),
-              static_cast<std::uint8_t>(payload.size() & 0xFF)};
+  Bytes frame{
+      0xD3,
+      static_cast<std::uint8_t>((static_cast<unsigned>(reserved) << 2) | (payload.size() >> 8)),
+      static_cast<std::uint8_t>(payload.size() & 0xFF)};
   frame.insert(frame.end(), payload.begin(), payload.end());
   const std::uint32_t crc = Crc24q(frame);
   for (const unsigned shift : {16U, 8U, 0U})

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "corrections_data.hpp"
 #include "drivers/ntrip_decoder.hpp"
@@ -156,8 +157,8 @@ TEST(MakeGga, KnownAnswer) {
 TEST(MakeGga, SignsRoundingAndUnknowns) {
   EXPECT_THAT(*MakeGga(Fix(-35.9999999999, -0.5)), HasSubstr(",3600.00000,S,00030.00000,W,"));
   auto fix = Fix(1, 2);
-  fix.geoid_separation_m = NAN;
-  fix.hdop = NAN;
+  fix.geoid_separation_m = std::numeric_limits<double>::quiet_NaN();
+  fix.hdop = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(*MakeGga(fix), HasSubstr(",1.0,66.100,M,,M,,*"));
   for (const auto& [rtk, quality] : std::initializer_list<std::pair<core::RtkState, const char*>>{
            {core::RtkState::kFixed, ",E,4,"},
