@@ -22,7 +22,8 @@ struct Error {
   std::string message;  ///< one line, for people
 };
 
-/// Answer to everything the world can make fail (HOUSE_STYLE: errors, kind 2). Never thrown, never ignored.
+/// Answer to everything the world can make fail (HOUSE_STYLE: errors, kind 2). Never thrown, never
+/// ignored.
 template <class T>
 using Expected = tl::expected<T, Error>;
 
@@ -31,7 +32,8 @@ inline tl::unexpected<Error> Fail(ErrorCode code, std::string message) {
   return tl::unexpected<Error>(Error{code, std::move(message)});
 }
 
-/// "what: strerror(errno)" with the code that fits errno. Call it before anything else can change errno.
+/// "what: strerror(errno)" with the code that fits errno. Call it before anything else can change
+/// errno.
 Error ErrnoError(const std::string& what, int errno_value);
 
 }  // namespace kawara::core

@@ -7,8 +7,8 @@
 #include "core/memcpy_safe.hpp"
 #include "core/time.hpp"
 
-/// The plain measurements that drivers hand out and everything else takes in. Trivially copyable apart from
-/// Eigen members, no heap: safe to push through a real-time ring.
+/// The plain measurements that drivers hand out and everything else takes in. Trivially copyable
+/// apart from Eigen members, no heap: safe to push through a real-time ring.
 namespace kawara::core {
 
 /// Kind of GNSS solution, ordered by trust. Encodings of receivers are mapped to this in drivers/.
@@ -20,7 +20,8 @@ enum class RtkState : std::uint8_t {
   kFixed = 4,
   kDeadReckoning = 5,  ///< estimated by the receiver, no satellites
 };
-const char* ToString(RtkState s);  ///< "none", "autonomous", "dgps", "float", "fixed", "dead-reckoning"
+const char* ToString(
+    RtkState s);  ///< "none", "autonomous", "dgps", "float", "fixed", "dead-reckoning"
 
 /// One epoch of a GNSS receiver, merged from all sentences of that epoch.
 struct GnssFix {
@@ -30,7 +31,8 @@ struct GnssFix {
   std::uint8_t native_quality = 0;  ///< the receiver's own code, as sent (GGA field 6 or POS type)
   bool has_position = false;
   Geodetic antenna;  ///< position of the ANTENNA
-  /// Covariance of the position, east, north, up [m^2]. From CBN or GST; else from a table by RtkState.
+  /// Covariance of the position, east, north, up [m^2]. From CBN or GST; else from a table by
+  /// RtkState.
   Eigen::Matrix3d position_cov_enu_m2 = Eigen::Matrix3d::Zero();
   bool covariance_from_receiver = false;
   bool has_velocity = false;
@@ -39,19 +41,20 @@ struct GnssFix {
   double geoid_separation_m = 0.0;  ///< NaN if the receiver did not say
   double hdop = 0.0;                ///< NaN if the receiver did not say
   double correction_age_s = 0.0;    ///< NaN if the receiver did not say
-  double latency_s = 0.0;           ///< time tag to output as the receiver states it (LTN), NaN unknown
+  double latency_s = 0.0;  ///< time tag to output as the receiver states it (LTN), NaN unknown
   std::uint16_t satellites = 0;
   std::uint16_t base_station = 0;
   bool has_heading = false;  ///< true heading from HDT/THS/ATT
   double heading_rad = 0.0;
 };
 
-/// One sample of the attitude and heading reference system, sensor frame (x forward, y right, z down).
+/// One sample of the attitude and heading reference system, sensor frame (x forward, y right, z
+/// down).
 struct AhrsSample {
-  MonoTime arrival;        ///< first byte of the packet on the wire
-  MonoTime sampled;        ///< sensor counter unwrapped onto the monotonic clock; what estimation uses
+  MonoTime arrival;  ///< first byte of the packet on the wire
+  MonoTime sampled;  ///< sensor counter unwrapped onto the monotonic clock; what estimation uses
   bool has_attitude = false;
-  Attitude attitude;       ///< the unit's own coarse filter, NED, heading MAGNETIC
+  Attitude attitude;  ///< the unit's own coarse filter, NED, heading MAGNETIC
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();  ///< at rest level: z about -9.8
   Eigen::Vector3d magnetic_gauss = Eigen::Vector3d::Zero();

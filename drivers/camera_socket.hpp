@@ -1,10 +1,11 @@
 #pragma once
 #include <cstdint>
 
-/// Wire format between the simulated camera (server, sim/) and drivers::SocketCamera (client), over a UNIX
-/// stream socket on one machine. All fields little-endian, structs packed as declared (no implicit padding).
-/// The client sends a CameraTriggerMessage for every exposure; the server answers each frame with a
-/// CameraFrameHeader followed by `payload_bytes` bytes. Stamps are CLOCK_MONOTONIC of the shared machine.
+/// Wire format between the simulated camera (server, sim/) and drivers::SocketCamera (client), over
+/// a UNIX stream socket on one machine. All fields little-endian, structs packed as declared (no
+/// implicit padding). The client sends a CameraTriggerMessage for every exposure; the server
+/// answers each frame with a CameraFrameHeader followed by `payload_bytes` bytes. Stamps are
+/// CLOCK_MONOTONIC of the shared machine.
 namespace kawara::drivers {
 
 constexpr std::uint32_t kCameraTriggerMagic = 0x4752544bU;  ///< "KTRG"
