@@ -75,6 +75,7 @@ void AhrsChain::OnVoltages(const drivers::Ahrs400Voltages& /*voltages*/) {
 }
 
 void AhrsChain::OnFrozen(core::MonoTime /*arrival*/, drivers::Ahrs400Mode /*mode*/) {
+  dialogue_.OnFrozen();
   events_.WarnHigh(now_, "ahrs.frozen",
                    "the unit repeats the same packet: its sensors stand still");
 }
