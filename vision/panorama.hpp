@@ -50,9 +50,9 @@ struct PanoramaConfig {
 /// BODY FORWARD unless configured otherwise (EquirectangularCamera says how columns and rows run):
 /// left in the picture is left of the robot.
 ///
-/// The table is computed by Create (about 0.1 s for 2 Mpx); Unwrap only follows it. With `level` or
-/// `north_up` SetAttitude computes it anew, which costs that time again: viewers do the same from
-/// the GPano tags for nothing, so both are off by default. One thread at a time.
+/// The table is computed by Create (some 0.4 s of one core for 2 Mpx); Unwrap only follows it. With
+/// `level` or `north_up` SetAttitude computes it anew, which costs that time again: viewers do the
+/// same from the GPano tags for nothing, so both are off by default. One thread at a time.
 class PanoramaUnwrapper {
  public:
   /// kInvalidArgument: odd or absurd width, empty crop.
