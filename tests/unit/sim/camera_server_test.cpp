@@ -62,6 +62,8 @@ class CameraPair : public ::testing::Test {
   std::shared_ptr<const drivers::Frame> WaitFrame() {
     return camera_->Next(core::Seconds(20)).value_or(nullptr);
   }
+  /// The server looks at its faults once a round: gives it the time to see the new ones.
+  static void LetTheServerLook() { std::this_thread::sleep_for(std::chrono::milliseconds(150)); }
   void Connect() { ASSERT_TRUE(camera_->Next(core::Milliseconds(1))); }
   /// The first frame of a trigger sent now; other triggers' frames are skipped.
   std::shared_ptr<const drivers::Frame> Shoot(std::uint32_t sequence) {
@@ -105,11 +107,13 @@ TEST_F(CameraPair, MissedTriggersLeaveNoGapInTheCamerasOwnCount) {
   Connect();
   ASSERT_TRUE(Shoot(1));
   miss_ = true;
+  LetTheServerLook();
   ASSERT_TRUE(camera_->Trigger(2));
   const auto nothing = camera_->Next(core::Milliseconds(200));
   ASSERT_TRUE(nothing);
   EXPECT_FALSE(*nothing);
   miss_ = false;
+  LetTheServerLook();
   const auto frame = Shoot(3);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->trigger_sequence, 3U);
@@ -119,9 +123,11 @@ TEST_F(CameraPair, MissedTriggersLeaveNoGapInTheCamerasOwnCount) {
 TEST_F(CameraPair, LateFramesComeWithTheNextTriggerAndKeepTheirNumber) {
   Connect();
   late_ = true;
+  LetTheServerLook();
   ASSERT_TRUE(camera_->Trigger(1));
   EXPECT_FALSE(*camera_->Next(core::Milliseconds(200)));
   late_ = false;
+  LetTheServerLook();
   const auto first = Shoot(2);
   ASSERT_TRUE(first);
   EXPECT_EQ(first->trigger_sequence, 1U);
@@ -133,7 +139,7 @@ TEST_F(CameraPair, LateFramesComeWithTheNextTriggerAndKeepTheirNumber) {
 TEST_F(CameraPair, HangGivesNothingAndStaleTriggersMakeNoPicturesAfterwards) {
   Connect();
   hang_ = true;
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  LetTheServerLook();
   ASSERT_TRUE(camera_->Trigger(1));
   EXPECT_FALSE(*camera_->Next(core::Milliseconds(300)));
   hang_ = false;
@@ -154,6 +160,7 @@ TEST_F(CameraPair, DisconnectIsToldAndMendsItself) {
   EXPECT_EQ(camera_->lost_triggers(), 1U);
   EXPECT_FALSE(camera_->Next(core::Milliseconds(1))) << "nobody listens";
   disconnected_ = false;
+  LetTheServerLook();
   bool back = false;
   for (int i = 0; i < 1000 && !back; ++i) {
     back = camera_->Next(core::Milliseconds(10)).has_value();
@@ -161,7 +168,8 @@ TEST_F(CameraPair, DisconnectIsToldAndMendsItself) {
   }
   ASSERT_TRUE(back);
   EXPECT_TRUE(Shoot(3));
-  EXPECT_EQ(camera_->stats().connects, 2U);
+  EXPECT_GE(camera_->stats().connects, 2U)
+      << "a try that meets the server on its way out does not count against it";
 }
 
 TEST_F(CameraPair, SecondUserIsTurnedAwayTheFirstOneStays) {
