@@ -88,9 +88,6 @@ void GpsChain::OnMessage(const drivers::GnssMessage& message) {
     SpeedUp();
   }
   if (config_.configure) dialogue_.OnMessage(now_, message, events_);
-  if (const auto* tag = message.Ashtech<drivers::AshtechTimeTag>(); tag && tag->is_event) {
-    listener_.OnEventMark(message.arrival, *tag);
-  }
   assembler_.OnMessage(message, *this);
 }
 

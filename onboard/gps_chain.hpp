@@ -18,8 +18,6 @@ class GpsListener {
  public:
   virtual ~GpsListener() = default;
   virtual void OnGpsFix(const core::GnssFix& fix) = 0;
-  /// The receiver's own time tag of our event line (the shutter).
-  virtual void OnEventMark(core::MonoTime arrival, const drivers::AshtechTimeTag& tag) = 0;
 };
 
 /// From the GPS port's bytes to fixes, and back: the set-up dialogue with the receiver.

@@ -117,8 +117,6 @@ void RobotCore::OnGpsFix(const core::GnssFix& fix) {
   pictures_.OnFix(fix);
 }
 
-void RobotCore::OnEventMark(core::MonoTime /*arrival*/, const drivers::AshtechTimeTag& /*tag*/) {}
-
 void RobotCore::OnAhrsSample(const core::AhrsSample& sample) {
   out_.OnAhrs(sample, GpsOf(sample.sampled));
   pictures_.OnAhrs(sample);

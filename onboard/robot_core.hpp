@@ -31,7 +31,6 @@ class RobotCore : private GpsListener, private AhrsListener {
 
  private:
   void OnGpsFix(const core::GnssFix& fix) override;
-  void OnEventMark(core::MonoTime arrival, const drivers::AshtechTimeTag& tag) override;
   void OnAhrsSample(const core::AhrsSample& sample) override;
 
   core::GpsTime GpsOf(core::MonoTime mono) const;  ///< not set while there is no time line
