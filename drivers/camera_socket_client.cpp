@@ -15,7 +15,7 @@ namespace kawara::drivers {
 namespace {
 
 /// First piece of memory for a payload; more only as bytes really come.
-constexpr std::size_t kFirstReserve = std::size_t{1} << 20;
+constexpr std::size_t kFirstReserve = std::size_t{1} << 16;
 
 tl::unexpected<core::Error> BadHeader(const std::string& what) {
   return core::Fail(core::ErrorCode::kFormat, "camera frame header: " + what);
