@@ -12,7 +12,8 @@ constexpr core::Duration kZUnit = std::chrono::milliseconds(600);
 /// Step in Z-count between messages that follow each other. GLONASS observations are dated in UTC,
 /// so they stand the leap seconds behind the GPS ones of the same epoch (seen: 15 s in 2009);
 /// position messages may be older too.
-constexpr unsigned kBackUnits = 50;      // 30 s
+constexpr unsigned kBackUnits = 50;  // 30 s
+constexpr std::uint64_t kConfirmWithinBytes = 65536;
 constexpr unsigned kForwardUnits = 200;  // 120 s
 
 /// Data bytes to their six bits in order of time, most significant first; 0x80 for bytes to be
@@ -222,13 +223,19 @@ Rtcm2Decoder::Word Rtcm2Decoder::TakeWord(Track& track) noexcept {
   }
 }
 
+/// Whether a header may be that of the message after last_. Unlocked, that has to come soon, and
+/// not as the very same header again: repeated noise repeats its accidents too.
 bool Rtcm2Decoder::FitsLast(const Rtcm2Message& m) const noexcept {
   if (!has_last_ || m.station != last_.station) return false;
   const auto units = [](const Rtcm2Message& message) {
     return static_cast<unsigned>(message.time_of_hour / kZUnit);
   };
   const unsigned step = (units(m) + kHourUnits + kBackUnits - units(last_)) % kHourUnits;
-  return step <= kBackUnits + kForwardUnits;
+  if (step > kBackUnits + kForwardUnits) return false;
+  if (locked_) return true;
+  const bool same_again =
+      step == kBackUnits && m.sequence == last_.sequence && m.type == last_.type;
+  return stats_.bytes - last_.stream_end <= kConfirmWithinBytes && (last_is_out_ || !same_again);
 }
 
 /// `track` holds a header that fits the last message: follow it and it alone.

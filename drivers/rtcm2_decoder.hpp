@@ -13,11 +13,11 @@ namespace kawara::drivers {
 /// significant first; every other byte (CR, LF, other protocols) is skipped. Words may begin at any
 /// bit.
 ///
-/// Preamble and parity alone are weak evidence (about one false empty message in 20 MB of noise),
-/// so messages come out only once the decoder is LOCKED: after a whole message, the header of
-/// another one with the same station and a plausible step in time. The first then counts too, late.
-/// From then on every message comes out with its last byte. Wrong parity loses that message and the
-/// lock; the lock comes back with the next header that fits the last message.
+/// Preamble and parity alone are weak evidence (about one false message in 30 MB of noise), so
+/// messages come out only once the decoder is LOCKED: after a whole message, within 64 KB, the
+/// header of another one with the same station and a plausible step in time. The first then counts
+/// too, late. From then on every message comes out with its last byte. Wrong parity loses that
+/// message and the lock; the lock comes back with the next header that fits the last message.
 ///
 /// Any split of the bytes gives the same messages. No allocation, no exceptions. One thread.
 /// Source: link layer IS-GPS-200 (30-bit words, parity, inversion by the last bit of the word

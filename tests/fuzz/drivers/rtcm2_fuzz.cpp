@@ -59,6 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Rtcm2Message plain;
     plain.type = 6;
     plain.data_words = 1;
+    plain.sequence = static_cast<std::uint8_t>(i);
     send(plain);
   }
   for (std::size_t at = 0; at + 2 < size && sent.size() < 20;) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
@@ -23,13 +24,13 @@ inline Bytes ReadRecording(const std::string& name) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Writes big-endian bit fields.
+/// Writes big-endian bit fields; beyond 64 bits the sign goes on.
 class BitWriter {
  public:
   BitWriter& Put(std::int64_t value, unsigned bits) {
     for (unsigned i = bits; i-- > 0;) {
       if (used_ % 8 == 0) bytes_.push_back(0);
-      const auto bit = static_cast<unsigned>((static_cast<std::uint64_t>(value) >> i) & 1U);
+      const auto bit = static_cast<unsigned>((value >> std::min(i, 63U)) & 1);
       bytes_.back() = static_cast<std::uint8_t>(bytes_.back() | (bit << (7 - used_ % 8)));
       ++used_;
     }

@@ -243,6 +243,25 @@ TEST(Rtcm2Decoder, LoneMessageIsNotBelieved) {
   EXPECT_TRUE(Decode(stream).empty());
 }
 
+TEST(Rtcm2Decoder, TheSameMessageAgainProvesNothing) {
+  // As in noise that repeats itself; a real base counts its messages.
+  Bytes stream;
+  for (int i = 0; i < 10; ++i) {
+    Append(stream, MakeStream({MakeMessage(18, 5, 100, 9)}));
+    stream.insert(stream.end(), 2000, 0x55);
+  }
+  EXPECT_TRUE(Decode(stream).empty());
+}
+
+TEST(Rtcm2Decoder, ConfirmationHasToComeSoon) {
+  for (const std::size_t between : {60'000U, 70'000U}) {
+    Bytes stream = MakeStream(
+        {MakeMessage(18, 5, 100, 9), MakeMessage(19, 5, 101, 9), MakeMessage(18, 5, 102, 9)});
+    stream.insert(stream.begin() + 55, between, 0x20);  // after the first message
+    EXPECT_EQ(Decode(stream).size(), between < 65536 ? 3U : 2U);
+  }
+}
+
 TEST(Rtcm2Decoder, WhatDoesNotFitIsNotBelieved) {
   struct Case {
     const char* what;
