@@ -48,54 +48,82 @@ Phase1Assembler::Phase1Assembler(vision::Phase1Picture picture, bool needs_attit
       complain_(std::move(complain)) {}
 
 void Phase1Assembler::OnFrame(std::int64_t epoch, std::shared_ptr<const drivers::Frame> frame) {
+  if (waiting_.size() >= kMaxWaiting) {
+    if (waiting_.begin()->second.pose) ++stats_.finished;
+    waiting_.erase(waiting_.begin());
+  }
   Picture picture;
   picture.frame = std::move(frame);
-  if (!needs_attitude_ && !EncodePicture(picture)) return;
-  if (waiting_.size() >= kMaxWaiting) waiting_.erase(waiting_.begin());
   waiting_.insert_or_assign(epoch, std::move(picture));
-}
-
-bool Phase1Assembler::EncodePicture(Picture& picture) {
-  const vision::SourceFrame source = SourceOf(*picture.frame);
-  const auto preview = picture_->Preview(source);
-  if (!preview) {
-    ++stats_.damaged;
-    complain_(preview.error());
-    return false;
-  }
-  picture.preview = Copy(preview->jpeg);
-  picture.preview_geometry = preview->geometry;
-  const auto full = picture_->Full(source);
-  if (!full) {
-    ++stats_.damaged;
-    complain_(full.error());
-    return false;
-  }
-  picture.full = Copy(full->jpeg);
-  picture.original = Copy(full->original);
-  picture.full_geometry = full->geometry;
-  picture.frame.reset();
-  picture.encoded = true;
-  return true;
 }
 
 void Phase1Assembler::OnPose(const ExposurePose& pose) {
   const auto found = waiting_.find(pose.epoch);
   if (found == waiting_.end()) {
     ++stats_.poseless;
+    ++stats_.finished;
     return;
   }
-  Picture picture = std::move(found->second);
-  waiting_.erase(found);
-  if (!picture.encoded) {
-    if (pose.camera.valid) {
-      if (const auto set = picture_->SetAttitude(pose.camera.attitude); !set)
-        complain_(set.error());
+  found->second.pose = pose;
+}
+
+bool Phase1Assembler::Work() {
+  for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
+    const Outcome outcome = Advance(it->second);
+    if (outcome == Outcome::kIdle) continue;
+    if (outcome != Outcome::kWorked) {
+      if (it->second.pose) ++stats_.finished;
+      waiting_.erase(it);
     }
-    if (!EncodePicture(picture)) return;
+    return true;
   }
-  Send(pose, 0, picture.preview, {}, picture.preview_geometry);
-  Send(pose, 1, picture.full, picture.original, picture.full_geometry);
+  return false;
+}
+
+Phase1Assembler::Outcome Phase1Assembler::Advance(Picture& picture) {
+  if (!picture.preview_made) {
+    if (needs_attitude_ && !picture.pose) return Outcome::kIdle;
+    return MakePreview(picture);
+  }
+  if (picture.pose && !picture.preview_sent) {
+    Send(*picture.pose, 0, picture.preview, {}, picture.preview_geometry);
+    picture.preview_sent = true;
+    return Outcome::kWorked;
+  }
+  if (!picture.full_made) return MakeFull(picture);
+  if (!picture.pose) return Outcome::kIdle;
+  Send(*picture.pose, 1, picture.full, picture.original, picture.full_geometry);
+  return Outcome::kSent;
+}
+
+Phase1Assembler::Outcome Phase1Assembler::MakePreview(Picture& picture) {
+  if (needs_attitude_ && picture.pose->camera.valid) {
+    if (const auto set = picture_->SetAttitude(picture.pose->camera.attitude); !set)
+      complain_(set.error());
+  }
+  const auto made = picture_->Preview(SourceOf(*picture.frame));
+  if (!made) return Damaged(made.error());
+  picture.preview = Copy(made->jpeg);
+  picture.preview_geometry = made->geometry;
+  picture.preview_made = true;
+  return Outcome::kWorked;
+}
+
+Phase1Assembler::Outcome Phase1Assembler::MakeFull(Picture& picture) {
+  const auto made = picture_->Full(SourceOf(*picture.frame));
+  if (!made) return Damaged(made.error());
+  picture.full = Copy(made->jpeg);
+  picture.original = Copy(made->original);
+  picture.full_geometry = made->geometry;
+  picture.full_made = true;
+  picture.frame.reset();
+  return Outcome::kWorked;
+}
+
+Phase1Assembler::Outcome Phase1Assembler::Damaged(const core::Error& error) {
+  ++stats_.damaged;
+  complain_(error);
+  return Outcome::kDamaged;
 }
 
 void Phase1Assembler::Send(const ExposurePose& pose, int stage, std::span<const std::uint8_t> jpeg,

@@ -1,12 +1,11 @@
 #include "onboard/picture_chain.hpp"
 
 #include <limits>
+#include <utility>
 
 namespace kawara::onboard {
 namespace {
 
-/// How long a picture waits for the fix of its own epoch: a receiver's latency, the line, and some.
-constexpr core::Duration kPosePatience = core::Milliseconds(400);
 /// An exposure so little after the newest fix needs no later one: velocity carries it on within
 /// millimetres.
 constexpr core::Duration kSameEpoch = core::Milliseconds(30);
@@ -32,6 +31,7 @@ PictureChain::PictureChain(const CameraConfig& camera, const ScheduleConfig& sch
 void PictureChain::OnFix(const core::GnssFix& fix) {
   scheduler_.OnFix(fix.time, fix.has_position ? &fix.antenna : nullptr);
   newest_fix_ = fix.time;
+  fix_is_new_ = true;
   geoid_separation_m_ = fix.geoid_separation_m;
   hdop_ = fix.hdop;
 }
@@ -43,6 +43,9 @@ void PictureChain::OnSystemClock(core::MonoTime mono, core::UtcTime utc) {
 
 void PictureChain::Tick(core::MonoTime now) {
   if (camera_.source == "none") return;
+  if (std::exchange(fix_is_new_, false) && timeline_.valid()) {
+    patience_.Add(now - timeline_.ToMono(newest_fix_).time);
+  }
   Fire(now);
   if (pairing_.Expire(now) > 0) {
     events_.WarnHigh(now, "camera.no_frame", "the camera was triggered, but no frame came");
@@ -83,7 +86,7 @@ void PictureChain::OnFrame(core::MonoTime now, const FrameInput& frame) {
   ++epoch_;
   out_.OnPicture({epoch_, frame.slot});
   const core::MonoTime middle = frame.exposure_start + half_exposure_;
-  *free = {true, epoch_, exposure->plan.reason, middle, middle + kPosePatience};
+  *free = {true, epoch_, exposure->plan.reason, middle, middle + patience_.Get()};
   SendPoses(now);
 }
 

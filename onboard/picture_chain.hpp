@@ -8,6 +8,7 @@
 #include "estimation/pose_composer.hpp"
 #include "onboard/config.hpp"
 #include "onboard/core_sink.hpp"
+#include "onboard/fix_patience.hpp"
 #include "onboard/frame_pairing.hpp"
 
 namespace kawara::onboard {
@@ -71,6 +72,8 @@ class PictureChain {
   int in_flight_ = 0;
   std::array<Awaiting, kMaxInFlight> awaiting_{};
   core::GpsTime newest_fix_;
+  bool fix_is_new_ = false;
+  FixPatience patience_;
   core::MonoTime newest_attitude_;
   core::UtcTime system_utc_;
   core::MonoTime system_mono_;

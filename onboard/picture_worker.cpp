@@ -37,21 +37,29 @@ void PictureWorker::Stop() {
 
 void PictureWorker::Run() {
   BecomeBackground("pictures", 2);
+  std::int64_t reported = 0;
+  bool more = false;
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [this] { return stopping_ || !queue_.empty(); });
-    if (queue_.empty()) return;
-    const auto job = queue_.front();
-    queue_.pop_front();
+    if (!more) wake_.wait(lock, [this] { return stopping_ || !queue_.empty(); });
+    if (queue_.empty() && !more) return;
+    const auto news = std::exchange(queue_, {});
     lock.unlock();
-    if (const auto* order = std::get_if<PictureOrder>(&job)) {
-      if (auto frame = frames_.Get(order->slot)) assembler_.OnFrame(order->epoch, std::move(frame));
-      frames_.Release(order->slot);
-    } else {
-      assembler_.OnPose(std::get<ExposurePose>(job));
+    for (const auto& item : news) Take(item);
+    more = assembler_.Work();
+    for (; reported < assembler_.stats().finished; ++reported) {
       inbox_.Post(InputKind::kPictureDone, core::MonoNow(), {});
     }
     lock.lock();
+  }
+}
+
+void PictureWorker::Take(const std::variant<PictureOrder, ExposurePose>& item) {
+  if (const auto* order = std::get_if<PictureOrder>(&item)) {
+    if (auto frame = frames_.Get(order->slot)) assembler_.OnFrame(order->epoch, std::move(frame));
+    frames_.Release(order->slot);
+  } else {
+    assembler_.OnPose(std::get<ExposurePose>(item));
   }
 }
 

@@ -12,8 +12,8 @@
 namespace kawara::onboard {
 
 /// Runs a Phase1Assembler on a thread of its own, below everything that has a deadline. Orders and
-/// poses are handed in by the pump; each finished picture is reported back to the core
-/// (kPictureDone), which keeps the queue bounded.
+/// poses are handed in by the pump and looked for between any two pieces of work; each finished
+/// picture is reported back to the core (kPictureDone), which keeps the queue bounded.
 class PictureWorker {
  public:
   PictureWorker(Phase1Assembler assembler, FrameTable& frames, InputInbox& inbox);
@@ -28,6 +28,7 @@ class PictureWorker {
 
  private:
   void Run();
+  void Take(const std::variant<PictureOrder, ExposurePose>& item);
 
   Phase1Assembler assembler_;
   FrameTable& frames_;

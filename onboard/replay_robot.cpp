@@ -54,7 +54,10 @@ class ReplaySink final : public MessageSink {
   }
   void OnExposurePose(const ExposurePose& pose) override {
     MessageSink::OnExposurePose(pose);
-    if (assembler_) assembler_->OnPose(pose);
+    if (!assembler_) return;
+    assembler_->OnPose(pose);
+    while (assembler_->Work()) {
+    }
   }
 
  private:

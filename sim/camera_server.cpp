@@ -109,7 +109,7 @@ void CameraServer::Run(const std::atomic<bool>& stop) {
       SleepUntil(core::MonoNow() + core::Milliseconds(kPoll_ms));
       continue;
     }
-    if (!prepared_) PrepareNext();
+    if (!prepared_ && core::MonoNow() >= prepare_at_) PrepareNext();
     std::array<pollfd, 2> wait{{{.fd = listen_fd_, .events = POLLIN, .revents = 0},
                                 {.fd = client_fd_, .events = POLLIN, .revents = 0}}};
     if (poll(wait.data(), wait.size(), kPoll_ms) <= 0) continue;
@@ -147,6 +147,9 @@ void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const
   period_ = last_trigger_.IsSet() ? pulse - last_trigger_ : core::Duration{};
   last_trigger_ = pulse;
   prepared_ = false;
+  // A camera's own electronics cost the robot's computer nothing: the next picture is drawn when
+  // the robot has most likely done with this one.
+  prepare_at_ = pulse + (period_ < kLongestPeriod ? period_ / 2 : core::Duration{});
 
   const double delay_s = options_.exposure_delay_s + options_.exposure_jitter_s * dice_.Normal();
   const core::MonoTime start = pulse + core::DurationFromSeconds(std::max(delay_s, 0.0));

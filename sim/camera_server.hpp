@@ -104,6 +104,7 @@ class CameraServer {
   std::uint32_t frame_sequence_ = 0;
   core::MonoTime last_trigger_{};
   core::Duration period_{};  ///< between the last two triggers
+  core::MonoTime prepare_at_{};
   bool prepared_ = false;
   std::optional<FrameOut> held_back_;  ///< fault `late`: goes out with the next trigger
 };
