@@ -12,6 +12,7 @@
 #include <kawara/phase1_t.hpp>
 #include <kawara/pose_t.hpp>
 #include <kawara/raw_bytes_t.hpp>
+#include <kawara/robot_pose_t.hpp>
 #include <type_traits>
 
 namespace kawara::comms {
@@ -26,7 +27,7 @@ void ForEachMessageType(F&& f) {
        std::type_identity<event_t>{}, std::type_identity<frame_t>{},
        std::type_identity<gnss_fix_t>{}, std::type_identity<log_crc_t>{},
        std::type_identity<phase1_t>{}, std::type_identity<pose_t>{},
-       std::type_identity<raw_bytes_t>{});
+       std::type_identity<raw_bytes_t>{}, std::type_identity<robot_pose_t>{});
 }
 
 }  // namespace kawara::comms

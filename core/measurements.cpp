@@ -20,4 +20,18 @@ const char* ToString(RtkState s) {
   return "none";
 }
 
+const char* ToString(PictureReason r) {
+  switch (r) {
+    case PictureReason::kEveryEpochs:
+      return "every_n";
+    case PictureReason::kDistance:
+      return "distance";
+    case PictureReason::kCommand:
+      return "command";
+    case PictureReason::kFreeRunning:
+      return "free_running";
+  }
+  return "every_n";
+}
+
 }  // namespace kawara::core

@@ -23,6 +23,15 @@ enum class RtkState : std::uint8_t {
 const char* ToString(
     RtkState s);  ///< "none", "autonomous", "dgps", "float", "fixed", "dead-reckoning"
 
+/// Why a picture was taken; the numbers are phase1_t.reason.
+enum class PictureReason : std::uint8_t {
+  kEveryEpochs = 0,
+  kDistance = 1,
+  kCommand = 2,
+  kFreeRunning = 3,  ///< there was no GPS time to schedule by
+};
+const char* ToString(PictureReason r);  ///< "every_n", "distance", "command", "free_running"
+
 /// One epoch of a GNSS receiver, merged from all sentences of that epoch.
 struct GnssFix {
   GpsTime time;      ///< epoch of validity

@@ -71,12 +71,27 @@ core::Error OgrDataset::Classify(const std::string& doing, const std::string& gd
   return ErrorFromGdal(target_, doing, gdal_message);
 }
 
+// A writer that was killed leaves its last commits in a journal beside the file. SQLite takes them
+// in when the file is opened for writing, and refuses to read without; a reader therefore opens it
+// once to write. Where that is not allowed, the reader's own attempt tells.
+void OgrDataset::TakeInJournal(const std::string& path) {
+  const auto beside = [&path](const char* suffix) {
+    std::error_code ignored;
+    return std::filesystem::exists(path + suffix, ignored);
+  };
+  if (!beside("-wal") && !beside("-journal")) return;
+  if (auto dataset = Open(path, false); dataset) {
+    (void)dataset->Execute("SELECT count(*) FROM sqlite_master");
+  }
+}
+
 core::Expected<OgrDataset> OgrDataset::Open(const std::string& target, bool read_only) {
   RegisterDrivers();
   const GdalErrorCatcher errors;
   const bool postgis = IsPostgis(target);
   if (!postgis && !std::filesystem::exists(target))
     return core::Fail(core::ErrorCode::kNotFound, target + ": no such file");
+  if (!postgis && read_only) TakeInJournal(target);
   const char* const drivers[] = {postgis ? "PostgreSQL" : "GPKG", nullptr};
   const unsigned flags = static_cast<unsigned>(GDAL_OF_VECTOR) |
                          static_cast<unsigned>(read_only ? GDAL_OF_READONLY : GDAL_OF_UPDATE);

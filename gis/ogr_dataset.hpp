@@ -53,6 +53,7 @@ class OgrDataset {
 
  private:
   OgrDataset(GDALDataset* dataset, std::string target);
+  static void TakeInJournal(const std::string& path);
   core::Error Classify(const std::string& doing, const std::string& gdal_message) const;
 
   struct Closer {

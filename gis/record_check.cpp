@@ -162,7 +162,8 @@ core::Expected<void> CheckRecord(const PanoramaRecord& record) {
     return Refuse("epoch = " + std::to_string(record.epoch) + ": out of 1..1e12");
   if (record.stage != PictureStage::kPreview && record.stage != PictureStage::kFull)
     return Refuse("stage unknown");
-  if (static_cast<unsigned>(record.reason) > static_cast<unsigned>(PictureReason::kCommand))
+  if (static_cast<unsigned>(record.reason) >
+      static_cast<unsigned>(core::PictureReason::kFreeRunning))
     return Refuse("reason unknown");
   if (!IsCleanText(record.projection, kMaxNameBytes)) return Refuse("projection: no usable name");
   if (auto pose = CheckPose(record.pose, record.has_position); !pose) return pose;

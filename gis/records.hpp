@@ -40,7 +40,6 @@ struct PoseRecord {
 };
 
 enum class PictureStage : std::uint8_t { kPreview = 0, kFull = 1 };
-enum class PictureReason : std::uint8_t { kEveryN = 0, kDistance = 1, kCommand = 2 };
 
 /// A row of obs_panorama and its picture. Key: robot, mission, epoch.
 struct PanoramaRecord {
@@ -48,7 +47,7 @@ struct PanoramaRecord {
   std::string mission;
   std::int64_t epoch = 0;  ///< exposures counted from 1 in the mission
   PictureStage stage = PictureStage::kPreview;
-  PictureReason reason = PictureReason::kEveryN;
+  core::PictureReason reason = core::PictureReason::kEveryEpochs;
   bool has_position = true;  ///< false: the time is known, the place is not (NULL geometry)
   PoseFields pose;           ///< of the camera's centre at mid-exposure
   std::string projection;    ///< as XMP GPano names it

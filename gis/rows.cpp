@@ -101,18 +101,6 @@ const char* ToString(PictureStage stage) {
   return stage == PictureStage::kFull ? "full" : "preview";
 }
 
-const char* ToString(PictureReason reason) {
-  switch (reason) {
-    case PictureReason::kDistance:
-      return "distance";
-    case PictureReason::kCommand:
-      return "command";
-    case PictureReason::kEveryN:
-      break;
-  }
-  return "every_n";
-}
-
 TrackVertex VertexOf(const PoseFields& p) {
   return {p.time.ns(), Rounded(p.lat_deg, kPerDegPosition), Rounded(p.lon_deg, kPerDegPosition),
           Rounded(p.h_ellipsoidal_m, kPerMetre)};

@@ -42,6 +42,5 @@ void SetEnd(OGRFeature& feature, core::GpsTime t_end);
 TrackVertex VertexOf(const PoseFields& pose);
 
 const char* ToString(PictureStage stage);
-const char* ToString(PictureReason reason);
 
 }  // namespace kawara::gis

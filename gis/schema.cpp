@@ -41,7 +41,7 @@ constexpr auto kPanoramaFields = std::to_array<Field>({
     {"robot", kText, true},         {"mission", kText, true},
     {"class_code", kText, true},    {"epoch", kInteger, true},
     {"stage", kText, true},   // "preview" or "full": what uri shows
-    {"reason", kText, true},  // "every_n", "distance", "command"
+    {"reason", kText, true},  // core::PictureReason
     {"gps_ns", kInteger, true},     {"t_begin", kTime, true},
     {"t_end", kTime, false},        {"lat_deg", kReal, false},
     {"lon_deg", kReal, false},      {"h_ellipsoidal_m", kReal, false},

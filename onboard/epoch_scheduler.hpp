@@ -3,18 +3,13 @@
 #include <optional>
 
 #include "core/geodesy.hpp"
+#include "core/measurements.hpp"
 #include "core/time.hpp"
 #include "estimation/gps_timeline.hpp"
 
 namespace kawara::onboard {
 
-/// Why a picture is taken; the numbers are phase1_t.reason.
-enum class PictureReason : std::uint8_t {
-  kEveryEpochs = 0,
-  kDistance = 1,
-  kCommand = 2,
-  kFreeRunning = 3
-};
+using core::PictureReason;
 
 struct ScheduleConfig {
   int every_epochs = 4;  ///< a picture every so many GNSS epochs; 0 = off

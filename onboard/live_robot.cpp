@@ -126,7 +126,7 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
   p.corrections = std::make_unique<CorrectionSource>(config.corrections, p.inbox);
   p.pump = std::make_unique<Pump>(Pump::Parts{p.output, p.inbox, p.frames, *p.outlet, *p.bus,
                                               p.counters, p.pictures.get(), *p.corrections},
-                                  p.config.robot.name, config.corrections.source == "lcm");
+                                  p.config.robot, config.corrections.source == "lcm");
   p.loop = std::make_unique<RtLoop>(p.config, p.counters, p.inbox, p.output, p.camera.get());
   if (config.realtime.lock_memory) {
     for (const std::string& complaint : LockMemory()) {

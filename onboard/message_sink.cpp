@@ -3,6 +3,7 @@
 #include <kawara/event_t.hpp>
 #include <kawara/frame_t.hpp>
 #include <kawara/raw_bytes_t.hpp>
+#include <kawara/robot_pose_t.hpp>
 
 #include "comms/codec.hpp"
 #include "comms/convert.hpp"
@@ -53,13 +54,17 @@ void MessageSink::OnAhrs(const core::AhrsSample& sample, core::GpsTime sampled) 
   Send("AHRS", comms::ToMessage(sample, sampled), Reach::kBusAndLog);
 }
 
-void MessageSink::OnPose(const core::Pose& pose) {
-  Send("POSE", comms::ToMessage(pose), Reach::kBusAndLog);
+void MessageSink::SendPose(std::string_view channel, const core::Pose& pose) {
+  robot_pose_t message;
+  message.robot = robot_.name;
+  message.mission = robot_.mission;
+  message.pose = comms::ToMessage(pose);
+  Send(channel, message, Reach::kBusAndLog);
 }
 
-void MessageSink::OnExposurePose(const ExposurePose& pose) {
-  Send("POSE.EPOCH", comms::ToMessage(pose.body), Reach::kBusAndLog);
-}
+void MessageSink::OnPose(const core::Pose& pose) { SendPose("POSE", pose); }
+
+void MessageSink::OnExposurePose(const ExposurePose& pose) { SendPose("POSE.EPOCH", pose.body); }
 
 void MessageSink::OnClock(const estimation::ClockStatus& clock) {
   Send("CLOCK", comms::ToMessage(clock), Reach::kBusAndLog);

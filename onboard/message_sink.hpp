@@ -4,6 +4,7 @@
 #include <span>
 #include <string_view>
 
+#include "onboard/config.hpp"
 #include "onboard/core_sink.hpp"
 #include "onboard/frame_table.hpp"
 
@@ -21,8 +22,9 @@ class MessageSink : public CoreSink {
   using Emit = std::function<void(std::string_view channel, std::span<const std::uint8_t> bytes,
                                   Reach reach)>;
 
-  /// `frames` holds the pixels of FrameInput.slot.
-  MessageSink(const FrameTable& frames, Emit emit) : frames_(frames), emit_(std::move(emit)) {}
+  /// `frames` holds the pixels of FrameInput.slot; poses go out under the robot's name.
+  MessageSink(RobotConfig robot, const FrameTable& frames, Emit emit)
+      : robot_(std::move(robot)), frames_(frames), emit_(std::move(emit)) {}
 
   void OnInput(const Input& input) override;
   void OnFrame(const FrameInput& frame, bool selected) override;
@@ -42,6 +44,9 @@ class MessageSink : public CoreSink {
   template <class T>
   void Send(std::string_view channel, const T& message, Reach reach);
 
+  void SendPose(std::string_view channel, const core::Pose& pose);
+
+  RobotConfig robot_;
   const FrameTable& frames_;
   Emit emit_;
 };

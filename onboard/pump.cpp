@@ -27,7 +27,8 @@ constexpr std::size_t kMaxCorrectionBytes = 4096;
 /// Messages for everybody, orders for the worker, positions for the caster.
 class Pump::Sink final : public MessageSink {
  public:
-  Sink(const Parts& parts, Emit emit) : MessageSink(parts.frames, std::move(emit)), parts_(parts) {}
+  Sink(const RobotConfig& robot, const Parts& parts, Emit emit)
+      : MessageSink(robot, parts.frames, std::move(emit)), parts_(parts) {}
 
   void OnFrame(const FrameInput& frame, bool selected) override {
     MessageSink::OnFrame(frame, selected);
@@ -49,7 +50,7 @@ class Pump::Sink final : public MessageSink {
   const Parts& parts_;
 };
 
-Pump::Pump(const Parts& parts, std::string robot, bool corrections_from_bus)
+Pump::Pump(const Parts& parts, RobotConfig robot, bool corrections_from_bus)
     : parts_(parts), robot_(std::move(robot)) {
   Subscribe(corrections_from_bus);
 }
@@ -69,7 +70,7 @@ void Pump::Subscribe(bool corrections_from_bus) {
   auto ok = comms::Subscribe<command_t>(
       parts_.bus, "COMMAND", [this](const command_t& command, const comms::MessageMeta&) {
         // The station repeats a command until it sees its effect: the number tells a new one.
-        if (command.robot != robot_ || command.sequence == last_command_) return;
+        if (command.robot != robot_.name || command.sequence == last_command_) return;
         last_command_ = command.sequence;
         std::string text = command.verb + " " + command.argument;
         text.resize(std::min(text.size(), kMaxCommandBytes));
@@ -102,7 +103,7 @@ void Pump::Run() {
 }
 
 void Pump::Deliver() {
-  Sink sink(parts_,
+  Sink sink(robot_, parts_,
             [this](std::string_view channel, std::span<const std::uint8_t> bytes,
                    MessageSink::Reach reach) { parts_.outlet.Send(channel, bytes, reach); });
   parts_.output.Acknowledge();

@@ -32,7 +32,7 @@ class Pump {
     CorrectionSource& corrections;
   };
   /// Subscribes to COMMAND for `robot`, and to CORRECTIONS if `corrections_from_bus`.
-  Pump(const Parts& parts, std::string robot, bool corrections_from_bus);
+  Pump(const Parts& parts, RobotConfig robot, bool corrections_from_bus);
   ~Pump();  ///< Stop()
   Pump(const Pump&) = delete;
   Pump& operator=(const Pump&) = delete;
@@ -50,7 +50,7 @@ class Pump {
   void PostSystemClock(core::MonoTime now);
 
   Parts parts_;
-  std::string robot_;
+  RobotConfig robot_;
   std::int64_t last_command_ = -1;
   core::MonoTime next_second_;
   core::MonoTime next_system_clock_;

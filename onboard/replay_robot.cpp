@@ -19,9 +19,9 @@ namespace {
 /// Messages as live, but the inputs are in the log already, and pictures are made on the spot.
 class ReplaySink final : public MessageSink {
  public:
-  ReplaySink(FrameTable& frames, Emit emit, std::optional<Phase1Assembler>& assembler,
-             ReplayStats& stats)
-      : MessageSink(frames, std::move(emit)),
+  ReplaySink(const RobotConfig& robot, FrameTable& frames, Emit emit,
+             std::optional<Phase1Assembler>& assembler, ReplayStats& stats)
+      : MessageSink(robot, frames, std::move(emit)),
         frames_(frames),
         assembler_(assembler),
         stats_(stats) {}
@@ -126,7 +126,7 @@ core::Expected<ReplayStats> ReplayRobot::Play(comms::EventLogReader& reader,
   }
   FrameTable frames;
   ReplaySink sink(
-      frames,
+      config.robot, frames,
       [&](std::string_view channel, std::span<const std::uint8_t> bytes, MessageSink::Reach) {
         send(channel, bytes);
       },

@@ -1,19 +1,16 @@
 #include "station/intake.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "core/config/tree.hpp"
 #include "gis/record_check.hpp"
 
 namespace kawara::station {
 namespace {
 
-constexpr std::size_t kMostUnclaimed = 10000;
-constexpr std::size_t kMostSequences = 64;
+constexpr std::size_t kMostMissions = 64;
 constexpr std::size_t kMostLosses = 256;
 constexpr double kLongestPeriodNs = 1e15;
 constexpr std::int64_t kMostSilenceNs = 3'000'000'000;
@@ -54,23 +51,6 @@ void Intake::Refuse(const std::string& what, const std::string& why) {
   stats_.last_refusal = what + ": " + why;
 }
 
-void Intake::Announce(const std::string& robot, const std::string& mission) {
-  if (robot == robot_ && mission == mission_) return;
-  robot_ = robot;
-  mission_ = mission;
-  for (Item& item : std::exchange(unclaimed_, {})) {
-    auto record = std::get<gis::PoseRecord>(std::move(item.record));
-    record.robot = robot_;
-    record.mission = mission_;
-    Hand(std::move(record), item.received);
-  }
-}
-
-void Intake::Hand(gis::PoseRecord record, core::MonoTime received) {
-  ++stats_.poses_kept;
-  sink_({.record = std::move(record), .received = received});
-}
-
 void Intake::OnPhase1(const phase1_t& packet, core::MonoTime received) {
   if (static_cast<double>(packet.jpeg.size()) > config_.max_picture_mb * 1e6)
     return Refuse("PHASE1", std::to_string(packet.jpeg.size()) +
@@ -81,7 +61,7 @@ void Intake::OnPhase1(const phase1_t& packet, core::MonoTime received) {
   record.mission = packet.mission;
   record.epoch = packet.epoch;
   record.stage = static_cast<gis::PictureStage>(static_cast<std::uint8_t>(packet.stage));
-  record.reason = static_cast<gis::PictureReason>(static_cast<std::uint8_t>(packet.reason));
+  record.reason = static_cast<core::PictureReason>(static_cast<std::uint8_t>(packet.reason));
   record.has_position = packet.pose.valid;
   record.pose = FieldsOf(packet.pose);
   record.projection = packet.projection;
@@ -92,43 +72,40 @@ void Intake::OnPhase1(const phase1_t& packet, core::MonoTime received) {
     return Refuse("PHASE1", checked.error().message);
   if (packet.gps_minus_utc_s != core::LeapSeconds().OffsetAt(record.pose.time))
     ++stats_.leap_mismatch;
-  Announce(record.robot, record.mission);
-  Sequence& sequence = SequenceOf(record.robot, record.mission);
+  Mission& mission = MissionOf(record.robot, record.mission);
   const bool full = record.stage == gis::PictureStage::kFull;
-  (full ? sequence.pictures : sequence.previews).Take(record.epoch);
+  (full ? mission.pictures : mission.previews).Take(record.epoch);
   ++(full ? stats_.pictures : stats_.previews);
   sink_({.record = std::move(record), .received = received});
 }
 
-void Intake::OnPose(const pose_t& pose, bool at_exposure, core::MonoTime received) {
+void Intake::OnPose(const robot_pose_t& message, bool at_exposure, core::MonoTime received) {
   ++stats_.poses;
-  if (!pose.valid) {
+  if (!message.pose.valid) {
     ++stats_.poses_invalid;
     return;
   }
-  gis::PoseRecord record{
-      .robot = "?", .mission = "?", .pose = FieldsOf(pose), .at_exposure = at_exposure};
+  gis::PoseRecord record{.robot = message.robot,
+                         .mission = message.mission,
+                         .pose = FieldsOf(message.pose),
+                         .at_exposure = at_exposure};
   if (auto checked = gis::CheckRecord(record); !checked)
     return Refuse("POSE", checked.error().message);
-  if (!at_exposure) {
-    if (config_.pose_rate_hz <= 0.0) return;
-    const auto period_ns = static_cast<std::int64_t>(
-        std::llround(std::min(1e9 / config_.pose_rate_hz, kLongestPeriodNs)));
-    const std::int64_t gap_ns = pose.gps_ns - std::exchange(last_pose_ns_, pose.gps_ns);
-    const std::int64_t slot = pose.gps_ns / period_ns;
-    const bool entered = slot > std::exchange(last_slot_, slot);
-    if (!entered || gap_ns > kMostSilenceNs) return;
-  }
-  if (!robot_.empty()) {
-    record.robot = robot_;
-    record.mission = mission_;
-    return Hand(std::move(record), received);
-  }
-  unclaimed_.push_back({.record = std::move(record), .received = received});
-  if (unclaimed_.size() > kMostUnclaimed) {
-    unclaimed_.pop_front();
-    ++stats_.unclaimed_poses;
-  }
+  if (!at_exposure && !IsFirstOfItsPeriod(record)) return;
+  ++stats_.poses_kept;
+  sink_({.record = std::move(record), .received = received});
+}
+
+bool Intake::IsFirstOfItsPeriod(const gis::PoseRecord& record) {
+  if (config_.pose_rate_hz <= 0.0) return false;
+  const auto period_ns = static_cast<std::int64_t>(
+      std::llround(std::min(1e9 / config_.pose_rate_hz, kLongestPeriodNs)));
+  Mission& mission = MissionOf(record.robot, record.mission);
+  const std::int64_t gps_ns = record.pose.time.ns();
+  const std::int64_t gap_ns = gps_ns - std::exchange(mission.last_pose_ns, gps_ns);
+  const std::int64_t slot = gps_ns / period_ns;
+  const bool entered = slot > std::exchange(mission.last_slot, slot);
+  return entered && gap_ns <= kMostSilenceNs;
 }
 
 void Intake::OnEvent(const event_t& event, core::MonoTime received) {
@@ -145,27 +122,6 @@ void Intake::OnEvent(const event_t& event, core::MonoTime received) {
   sink_({.record = std::move(record), .received = received});
 }
 
-void Intake::OnConfig(const config_t& config) {
-  if (config.program != "kawara-onboard") return;
-  core::config::Problems problems;
-  const auto root = core::config::ParseYaml(config.yaml, "CONFIG", problems);
-  const auto* robot = root.Find("robot");
-  const auto text = [robot](const char* key) {
-    const auto* node = robot != nullptr ? robot->Find(key) : nullptr;
-    return node != nullptr ? node->text : std::string();
-  };
-  const std::string name = text("name");
-  const std::string mission = text("mission");
-  const auto usable = [](const std::string& s) {
-    return !s.empty() && gis::IsCleanText(s, gis::kMaxNameBytes);
-  };
-  if (usable(name) && usable(mission)) return Announce(name, mission);
-  // The onboard program has (re)started and its mission is not known: poses wait for its first
-  // picture.
-  robot_.clear();
-  mission_.clear();
-}
-
 void Intake::OnCounters(const counters_t& counters) {
   for (std::size_t i = 0; i < counters.name.size() && i < counters.value.size(); ++i) {
     const std::string& name = counters.name[i];
@@ -177,47 +133,39 @@ void Intake::OnCounters(const counters_t& counters) {
   }
 }
 
-void Intake::Finish() {
-  if (unclaimed_.empty()) return;
-  const auto& first = std::get<gis::PoseRecord>(unclaimed_.front().record).pose;
-  const core::CivilTime c = core::ToCivil(core::ToUtc(first.time));
-  std::array<char, 64> mission{};
-  std::snprintf(mission.data(), mission.size(), "%04d%02d%02dT%02d%02d%02dZ", c.year, c.month,
-                c.day, c.hour, c.minute, c.second);
-  Announce("unknown", mission.data());
-}
-
-Intake::Sequence& Intake::SequenceOf(const std::string& robot, const std::string& mission) {
-  const auto found = std::find_if(sequences_.begin(), sequences_.end(), [&](const Sequence& s) {
-    return s.robot == robot && s.mission == mission;
+Intake::Mission& Intake::MissionOf(const std::string& robot, const std::string& name) {
+  const auto found = std::find_if(missions_.begin(), missions_.end(), [&](const Mission& m) {
+    return m.robot == robot && m.name == name;
   });
-  if (found != sequences_.end()) {
-    sequences_.splice(sequences_.begin(), sequences_, found);
-    return sequences_.front();
+  if (found != missions_.end()) {
+    missions_.splice(missions_.begin(), missions_, found);
+    return missions_.front();
   }
-  sequences_.push_front({.robot = robot, .mission = mission, .previews = {}, .pictures = {}});
-  if (sequences_.size() > kMostSequences) {
-    forgotten_missing_ += sequences_.back().pictures.missing();
-    sequences_.pop_back();
+  missions_.emplace_front();
+  missions_.front().robot = robot;
+  missions_.front().name = name;
+  if (missions_.size() > kMostMissions) {
+    forgotten_missing_ += missions_.back().pictures.missing();
+    missions_.pop_back();
   }
-  return sequences_.front();
+  return missions_.front();
 }
 
 std::int64_t Intake::missing_pictures() const {
   std::int64_t sum = forgotten_missing_;
-  for (const Sequence& s : sequences_) sum += s.pictures.missing();
+  for (const Mission& m : missions_) sum += m.pictures.missing();
   return sum;
 }
 
 std::int64_t Intake::missing_previews() const {
   std::int64_t sum = 0;
-  for (const Sequence& s : sequences_) sum += s.previews.missing();
+  for (const Mission& m : missions_) sum += m.previews.missing();
   return sum;
 }
 
 std::int64_t Intake::late_pictures() const {
   std::int64_t sum = 0;
-  for (const Sequence& s : sequences_) sum += s.pictures.late();
+  for (const Mission& m : missions_) sum += m.pictures.late();
   return sum;
 }
 

@@ -1,11 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <kawara/config_t.hpp>
 #include <kawara/counters_t.hpp>
 #include <kawara/event_t.hpp>
 #include <kawara/phase1_t.hpp>
+#include <kawara/robot_pose_t.hpp>
 #include <list>
 #include <map>
 #include <string>
@@ -24,33 +23,26 @@ struct IntakeStats {
   std::int64_t poses_kept = 0;     ///< handed on
   std::int64_t poses_invalid = 0;  ///< the robot said so itself
   std::int64_t events = 0;
-  std::int64_t refused = 0;          ///< hostile or damaged: not in the store
-  std::string last_refusal;          ///< one line about the latest of them
-  std::int64_t unclaimed_poses = 0;  ///< dropped: too many before the first word of a mission
-  std::int64_t leap_mismatch = 0;    ///< packets whose GPS - UTC is not this program's
+  std::int64_t refused = 0;        ///< hostile or damaged: not in the store
+  std::string last_refusal;        ///< one line about the latest of them
+  std::int64_t leap_mismatch = 0;  ///< packets whose GPS - UTC is not this program's
 };
 
 /// Messages from the bus into records for the store. Believes nothing: names, sizes, ranges, NaN;
 /// what is refused is counted. Decides by what the messages say only, never by when they come, so
 /// that a log gives the records the live bus gave.
 ///
-/// Poses name neither robot nor mission on the wire. They belong to the mission last announced (by
-/// CONFIG of the onboard program if it names one, or by PHASE1); before that they wait (at most
-/// 10000). Kept are every POSE.EPOCH and the first POSE in each interval of 1 / pose_rate_hz of GPS
-/// time. One thread only.
+/// Of poses are kept every POSE.EPOCH and, of each robot's mission, the first POSE in each interval
+/// of 1 / pose_rate_hz of GPS time. One thread only.
 class Intake {
  public:
   using Sink = std::function<void(Item)>;
   Intake(const StationConfig& config, Sink sink);
 
   void OnPhase1(const phase1_t& packet, core::MonoTime received);
-  void OnPose(const pose_t& pose, bool at_exposure, core::MonoTime received);
+  void OnPose(const robot_pose_t& message, bool at_exposure, core::MonoTime received);
   void OnEvent(const event_t& event, core::MonoTime received);
-  void OnConfig(const config_t& config);
   void OnCounters(const counters_t& counters);
-  /// No more messages: poses that nobody claimed go to robot "unknown" and a mission named after
-  /// the first of them.
-  void Finish();
 
   const IntakeStats& stats() const { return stats_; }
   /// Pictures that the numbering says were sent and that never came; full ones, and previews.
@@ -61,26 +53,22 @@ class Intake {
   std::string RobotLosses() const;
 
  private:
-  struct Sequence {
+  struct Mission {
     std::string robot;
-    std::string mission;
+    std::string name;
     EpochGaps previews;
     EpochGaps pictures;
+    std::int64_t last_slot = 0;  ///< interval of the latest POSE heard
+    std::int64_t last_pose_ns = 0;
   };
   void Refuse(const std::string& what, const std::string& why);
-  void Announce(const std::string& robot, const std::string& mission);
-  void Hand(gis::PoseRecord record, core::MonoTime received);
-  Sequence& SequenceOf(const std::string& robot, const std::string& mission);
+  bool IsFirstOfItsPeriod(const gis::PoseRecord& record);
+  Mission& MissionOf(const std::string& robot, const std::string& name);
 
   StationConfig config_;
   Sink sink_;
   IntakeStats stats_;
-  std::string robot_;  ///< empty: not known yet
-  std::string mission_;
-  std::int64_t last_slot_ = 0;  ///< interval of the latest POSE heard
-  std::int64_t last_pose_ns_ = 0;
-  std::deque<Item> unclaimed_;
-  std::list<Sequence> sequences_;  ///< newest in front, bounded
+  std::list<Mission> missions_;  ///< last heard in front, bounded
   std::int64_t forgotten_missing_ = 0;
   std::map<std::string, std::int64_t> losses_;
 };

@@ -45,11 +45,12 @@ core::Expected<void> Station::Subscribe(comms::Bus& bus) {
   };
   auto done = on("PHASE1", phase1_t{}, [this](const phase1_t& m) { intake_.OnPhase1(m, now_); });
   if (done)
-    done = on("POSE", pose_t{}, [this](const pose_t& m) { intake_.OnPose(m, false, now_); });
+    done = on("POSE", robot_pose_t{},
+              [this](const robot_pose_t& m) { intake_.OnPose(m, false, now_); });
   if (done)
-    done = on("POSE\\.EPOCH", pose_t{}, [this](const pose_t& m) { intake_.OnPose(m, true, now_); });
+    done = on("POSE\\.EPOCH", robot_pose_t{},
+              [this](const robot_pose_t& m) { intake_.OnPose(m, true, now_); });
   if (done) done = on("EVENT", event_t{}, [this](const event_t& m) { intake_.OnEvent(m, now_); });
-  if (done) done = on("CONFIG", config_t{}, [this](const config_t& m) { intake_.OnConfig(m); });
   if (done)
     done = on("COUNTERS", counters_t{}, [this](const counters_t& m) { intake_.OnCounters(m); });
   return done;
@@ -99,7 +100,6 @@ core::Expected<void> Station::RunLive(comms::Bus& bus, const RunLimits& limits,
       break;
     }
   }
-  intake_.Finish();
   stopping = true;
   queue_.Stop();
   writer.join();
@@ -121,7 +121,6 @@ core::Expected<void> Station::RunLog(comms::Bus& bus, const std::atomic<bool>& s
       continue;
     if (auto done = CommitPatiently(false); !done) return done;
   }
-  intake_.Finish();
   bad_messages_ = bus.bad_messages();
   bus_trouble_ = bus.last_bad_message();
   return CommitPatiently(true);
@@ -131,13 +130,13 @@ std::string Station::Summary() const {
   const IntakeStats& in = intake_.stats();
   const gis::StoreStats stored = feeder_.stats();
   const auto n = [](auto value) { return std::to_string(value); };
-  std::string text =
-      n(stored.panoramas) + " pictures (" + n(in.pictures) + " full and " + n(in.previews) +
-      " preview packets), " + n(stored.poses) + " poses of " + n(in.poses) + ", " +
-      n(stored.events) + " events stored; pictures missing " + n(intake_.missing_pictures()) +
-      ", late " + n(intake_.late_pictures()) + "; packets repeated " + n(stored.duplicates) +
-      ", refused " + n(in.refused + feeder_.refused() + static_cast<std::int64_t>(bad_messages_)) +
-      ", dropped " + n(queue_.dropped_pictures() + queue_.dropped_rows() + in.unclaimed_poses);
+  std::string text = n(stored.panoramas) + " pictures (" + n(in.pictures) + " full and " +
+                     n(in.previews) + " preview packets), " + n(stored.poses) + " poses of " +
+                     n(in.poses) + ", " + n(stored.events) + " events stored; pictures missing " +
+                     n(intake_.missing_pictures()) + ", late " + n(intake_.late_pictures()) +
+                     "; packets repeated " + n(stored.duplicates) + ", refused " +
+                     n(in.refused + feeder_.refused() + static_cast<std::int64_t>(bad_messages_)) +
+                     ", dropped " + n(queue_.dropped_pictures() + queue_.dropped_rows());
   if (feeder_.pending() > 0) text += ", NOT STORED " + n(feeder_.pending());
   const double median_s = feeder_.LatencyQuantileS(0.5);
   if (!direct_ && std::isfinite(median_s)) {

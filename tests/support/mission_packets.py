@@ -51,12 +51,12 @@ class Mission:
         self._put(0.0, "CONFIG", self._config())
         for step in range(1, steps + 1):
             t = step / pose_hz
-            self._put(t, "POSE", self.pose(t + 0.0123))
+            self._put(t, "POSE", self.robot_pose(t + 0.0123))
             if step % (pose_hz * 5) == 0:
                 self._put(t, "EVENT", self.event(t))
             if step % pose_hz == 0:
                 epoch = step // pose_hz
-                self._put(t + 0.001, "POSE.EPOCH", self.pose(t))
+                self._put(t + 0.001, "POSE.EPOCH", self.robot_pose(t))
                 for stage in (0, 1):
                     self._put(t + 0.01 + 0.02 * stage, "PHASE1", self.packet(epoch, stage, t))
         self.messages.sort(key=lambda m: m[0])
@@ -85,6 +85,11 @@ class Mission:
         m.position_cov_enu_m2 = [1e-4, 0, 0, 0, 1e-4, 0, 0, 0, 4e-4]
         m.attitude_sd_deg = [0.1, 0.1, 0.4]
         m.gnss_age_s = 0.05
+        return m
+
+    def robot_pose(self, t):
+        m = self.types.robot_pose_t()
+        m.robot, m.mission, m.pose = self.robot, self.mission, self.pose(t)
         return m
 
     def event(self, t):

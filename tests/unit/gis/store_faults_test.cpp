@@ -92,8 +92,9 @@ TEST(StoreFaults, KilledAtAnyMomentItOpensAndHoldsWhatWasAcknowledged) {
       ASSERT_EQ(acknowledged, 0) << "acknowledged, but there is no store";
       continue;
     }
-    // As a station does that starts again: opens the store, which finishes what the kill broke off.
-    {
+    // Half of them are read at once, by a reader alone; the others as a station does that starts
+    // again: it opens the store, which finishes what the kill broke off.
+    if (kill % 2 == 0) {
       auto mended = SpatioTemporalStore::Open({.target = path});
       ASSERT_TRUE(mended) << mended.error().message;
       ASSERT_TRUE(mended->Close());

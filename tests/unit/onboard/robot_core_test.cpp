@@ -74,7 +74,7 @@ OnboardConfig Config() {
 class Recording : public MessageSink {
  public:
   Recording()
-      : MessageSink(frames_, [this](std::string_view channel, std::span<const std::uint8_t> bytes,
+      : MessageSink({"tester", "mission"}, frames_, [this](std::string_view channel, std::span<const std::uint8_t> bytes,
                                     Reach) {
           messages.push_back(std::string(channel) + " " + std::string(bytes.begin(), bytes.end()));
           ++count[std::string(channel)];

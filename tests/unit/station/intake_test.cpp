@@ -5,7 +5,7 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
+#include <map>
 
 #include "packets.hpp"
 
@@ -52,8 +52,8 @@ TEST_F(IntakeTest, APacketBecomesAPictureWithItsPose) {
 TEST_F(IntakeTest, KeepsTheFirstPoseOfEachPeriodAndEveryExposure) {
   Intake intake = Make(2.0);
   intake.OnPhase1(Packet(1, 0), {});
-  for (int i = 0; i < 75 * 3; ++i) intake.OnPose(PoseMessage(0.001 + i / 75.0), false, {});
-  intake.OnPose(PoseMessage(1.25), true, {});
+  for (int i = 0; i < 75 * 3; ++i) intake.OnPose(RobotPose(0.001 + i / 75.0), false, {});
+  intake.OnPose(RobotPose(1.25), true, {});
   const auto poses = Poses();
   ASSERT_EQ(poses.size(), 6U) << "of six intervals the first is not known to be whole";
   EXPECT_GE(poses[0].pose.time, kStart + core::Milliseconds(500));
@@ -65,48 +65,32 @@ TEST_F(IntakeTest, KeepsTheFirstPoseOfEachPeriodAndEveryExposure) {
   EXPECT_EQ(intake.stats().poses, 226);
 }
 
-TEST_F(IntakeTest, PosesBeforeTheFirstWordOfAMissionWaitForIt) {
+TEST_F(IntakeTest, RobotsOnOneBusDoNotMix) {
   Intake intake = Make();
-  for (int i = 0; i < 5; ++i) intake.OnPose(PoseMessage(i), false, {});
-  EXPECT_TRUE(items_.empty());
-  intake.OnPhase1(Packet(1, 0), {});
-  ASSERT_EQ(Poses().size(), 4U);
-  EXPECT_EQ(Poses()[0].mission, "20261122T062505Z");
-  EXPECT_EQ(Poses()[0].pose.time, kStart + core::Seconds(1));
+  for (int i = 0; i < 300; ++i) {
+    intake.OnPose(RobotPose(i / 100.0, "rover-1"), false, {});
+    intake.OnPose(RobotPose(i / 100.0 + 0.005, "rover-2"), false, {});
+  }
+  std::map<std::string, int> kept;
+  for (const auto& pose : Poses()) ++kept[pose.robot];
+  EXPECT_EQ(kept, (std::map<std::string, int>{{"rover-1", 2}, {"rover-2", 2}}));
 }
 
-TEST_F(IntakeTest, TheOnboardConfigurationMayNameTheMission) {
+TEST_F(IntakeTest, PosesWithoutAnyPictureAreKept) {
   Intake intake = Make();
-  config_t config;
-  config.program = "kawara-onboard";
-  config.yaml = "robot:\n  name: digger\n  mission: \"night-1\"\n";
-  intake.OnConfig(config);
-  intake.OnPose(PoseMessage(0), true, {});
+  intake.OnPose(RobotPose(0, "digger", "night-1"), true, {});
   ASSERT_EQ(Poses().size(), 1U);
   EXPECT_EQ(Poses()[0].robot, "digger");
   EXPECT_EQ(Poses()[0].mission, "night-1");
 }
 
-TEST_F(IntakeTest, ARestartedRobotsPosesGoToItsNewMission) {
+TEST_F(IntakeTest, APoseOfNobodyIsRefused) {
   Intake intake = Make();
-  intake.OnPhase1(Packet(1, 0), {});
-  config_t config;
-  config.program = "kawara-onboard";
-  config.yaml = "robot: {name: rover-1}\n";
-  intake.OnConfig(config);
-  intake.OnPose(PoseMessage(60), true, {});
-  intake.OnPhase1(Packet(61, 0, "rover-1", "second"), {});
-  ASSERT_EQ(Poses().size(), 1U);
-  EXPECT_EQ(Poses()[0].mission, "second");
-}
-
-TEST_F(IntakeTest, PosesThatNobodyClaimsAreKeptInTheEnd) {
-  Intake intake = Make();
-  intake.OnPose(PoseMessage(0), true, {});
-  intake.Finish();
-  ASSERT_EQ(Poses().size(), 1U);
-  EXPECT_EQ(Poses()[0].robot, "unknown");
-  EXPECT_EQ(Poses()[0].mission, "20261122T062505Z");
+  intake.OnPose(RobotPose(0, ""), true, {});
+  intake.OnPose(RobotPose(0, std::string("a\0b", 3)), true, {});
+  intake.OnPose(RobotPose(0, "rover-1", std::string(5000, 'm')), true, {});
+  EXPECT_EQ(intake.stats().refused, 3);
+  EXPECT_TRUE(items_.empty());
 }
 
 TEST_F(IntakeTest, HolesInTheNumberingAreMissingPictures) {
@@ -118,8 +102,8 @@ TEST_F(IntakeTest, HolesInTheNumberingAreMissingPictures) {
 
 TEST_F(IntakeTest, AnInvalidPoseIsCountedAndAPictureWithoutPlaceIsKept) {
   Intake intake = Make();
-  pose_t pose = PoseMessage(1);
-  pose.valid = false;
+  robot_pose_t pose = RobotPose(1);
+  pose.pose.valid = false;
   intake.OnPose(pose, false, {});
   phase1_t packet = Packet(1, 1);
   packet.pose.valid = false;
@@ -161,10 +145,10 @@ TEST_F(IntakeTest, HostilePacketsAreCountedAndNothingElse) {
 TEST_F(IntakeTest, APoseFromTheFarFutureDoesNotSilenceTheOnesAfterIt) {
   Intake intake = Make();
   intake.OnPhase1(Packet(1, 0), {});
-  pose_t far = PoseMessage(1);
-  far.gps_ns += 5'000'000'000'000'000'000;  // 158 years
+  robot_pose_t far = RobotPose(1);
+  far.pose.gps_ns += 5'000'000'000'000'000'000;  // 158 years
   intake.OnPose(far, false, {});
-  for (const double t : {1.0, 2.0, 3.0}) intake.OnPose(PoseMessage(t), false, {});
+  for (const double t : {1.0, 2.0, 3.0}) intake.OnPose(RobotPose(t), false, {});
   EXPECT_EQ(Poses().size(), 2U) << "those at 2 and 3 s; that at 1 s is the first after a jump";
 }
 
@@ -172,7 +156,7 @@ TEST_F(IntakeTest, WhoJoinsInTheMiddleKeepsOnlyWhatOthersKeep) {
   Intake whole = Make();
   const auto hear = [](Intake& intake, int from) {
     intake.OnPhase1(Packet(1, 0), {});
-    for (int i = from; i < 400; ++i) intake.OnPose(PoseMessage(i / 75.0), false, {});
+    for (int i = from; i < 400; ++i) intake.OnPose(RobotPose(i / 75.0), false, {});
   };
   hear(whole, 0);
   std::vector<core::GpsTime> all;
@@ -207,20 +191,6 @@ TEST_F(IntakeTest, LossesTheRobotCountsAreReported) {
   counters.value = {3, 1000, 1, 0};
   intake.OnCounters(counters);
   EXPECT_EQ(intake.RobotLosses(), "link.tx.expired 1, log.dropped 3");
-}
-
-TEST_F(IntakeTest, RandomBytesInAConfigurationDoNoHarm) {
-  Intake intake = Make();
-  std::mt19937 random(3);
-  for (int i = 0; i < 200; ++i) {
-    config_t config;
-    config.program = "kawara-onboard";
-    for (int k = 0; k < 60; ++k)
-      config.yaml += "robot:{}[]name mission&*!|>\n \t-\"'%@"[random() % 42];
-    intake.OnConfig(config);
-  }
-  intake.OnPhase1(Packet(1, 1), {});
-  EXPECT_EQ(intake.stats().pictures, 1);
 }
 
 }  // namespace

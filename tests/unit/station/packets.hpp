@@ -3,6 +3,7 @@
 #include <kawara/event_t.hpp>
 #include <kawara/phase1_t.hpp>
 #include <kawara/pose_t.hpp>
+#include <kawara/robot_pose_t.hpp>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,15 @@ inline pose_t PoseMessage(double seconds) {
   p.position_cov_enu_m2[4] = 4e-4;
   p.position_cov_enu_m2[8] = -1.0;  // unknown
   return p;
+}
+
+inline robot_pose_t RobotPose(double seconds, const std::string& robot = "rover-1",
+                              const std::string& mission = "20261122T062505Z") {
+  robot_pose_t m;
+  m.robot = robot;
+  m.mission = mission;
+  m.pose = PoseMessage(seconds);
+  return m;
 }
 
 /// With the segments of a JPEG: SOI, SOF0, SOS, a little data, EOI.
