@@ -105,14 +105,6 @@ core::Expected<std::vector<RecordedImu>> LoadImu(const std::filesystem::path& fo
 
 }  // namespace
 
-core::GpsTime Recording::begin() const { return std::max(fixes.front().time, imu.front().time); }
-core::GpsTime Recording::end() const { return std::min(fixes.back().time, imu.back().time); }
-
-void Recording::Shift(core::Duration by) {
-  for (RecordedFix& fix : fixes) fix.time += by;
-  for (RecordedImu& sample : imu) sample.time += by;
-}
-
 core::Expected<Recording> LoadRecording(const std::filesystem::path& folder) {
   const auto site = LoadSite(folder);
   if (!site) return tl::unexpected(site.error());
