@@ -126,7 +126,7 @@ struct WaypointConfig {
 };
 
 /// The way the vehicle drives.
-struct PathConfig {
+struct RouteConfig {
   double speed_mps = 1.0;
   std::vector<WaypointConfig> points;
 
@@ -146,7 +146,7 @@ struct SiteConfig {
   SunConfig sun;
   TerrainConfig terrain;
   RoadConfig road;
-  PathConfig path;
+  RouteConfig path;
   std::vector<BuildingConfig> buildings;
   std::vector<FenceConfig> fences;
   std::vector<RubbleConfig> rubble;
