@@ -28,11 +28,10 @@ void SleepUntil(core::MonoTime t) {
 
 }  // namespace
 
-CameraServer::CameraServer(std::filesystem::path socket, const MotionTrack& track,
-                           const SimClock& clock, std::unique_ptr<PictureSource> pictures,
-                           const CameraOptions& options, Hooks hooks)
+CameraServer::CameraServer(std::filesystem::path socket, const SimClock& clock,
+                           std::unique_ptr<PictureSource> pictures, const CameraOptions& options,
+                           Hooks hooks)
     : socket_path_(std::move(socket)),
-      track_(track),
       clock_(clock),
       pictures_(std::move(pictures)),
       options_(options),
@@ -153,9 +152,9 @@ void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const
 
   const double delay_s = options_.exposure_delay_s + options_.exposure_jitter_s * dice_.Normal();
   const core::MonoTime start = pulse + core::DurationFromSeconds(std::max(delay_s, 0.0));
-  Exposure exposure{message.sequence, ++frame_sequence_, start, clock_.GpsAt(start), YawAt(start)};
-  core::Expected<Picture> picture = pictures_->Expose(
-      exposure.yaw_rad, {.trigger_sequence = message.sequence, .exposure = exposure.gps});
+  Exposure exposure{message.sequence, ++frame_sequence_, start, clock_.GpsAt(start)};
+  core::Expected<Picture> picture =
+      pictures_->Expose({.trigger_sequence = message.sequence, .exposure = exposure.gps});
   hooks_.exposed(exposure);
   std::optional<FrameOut> due = std::exchange(held_back_, std::nullopt);
   if (due) Deliver(*due, stop);
@@ -214,7 +213,7 @@ void CameraServer::PrepareNext() {
   prepared_ = true;
   const bool regular = period_.count() > 0 && period_ < kLongestPeriod;
   const core::MonoTime expected = regular ? last_trigger_ + period_ : core::MonoNow();
-  pictures_->Prepare(YawAt(expected + core::DurationFromSeconds(options_.exposure_delay_s)));
+  pictures_->Prepare(clock_.GpsAt(expected + core::DurationFromSeconds(options_.exposure_delay_s)));
 }
 
 }  // namespace kawara::sim

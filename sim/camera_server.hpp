@@ -13,7 +13,6 @@
 #include "core/time.hpp"
 #include "drivers/camera_socket.hpp"
 #include "sim/dice.hpp"
-#include "sim/motion_track.hpp"
 #include "sim/picture_source.hpp"
 #include "sim/sim_clock.hpp"
 
@@ -27,7 +26,7 @@ struct CameraOptions {
 };
 
 /// The triggered camera as a UNIX socket server (protocol: drivers/camera_socket.hpp). Each trigger
-/// makes one exposure of `pictures` at the pose of that instant; between triggers the next picture
+/// makes one exposure of `pictures` at that instant; between triggers the next picture
 /// is prepared for when the next trigger is expected. One client at a time. A trigger older than
 /// 100 ms when it is read makes no exposure (missed).
 class CameraServer {
@@ -43,7 +42,6 @@ class CameraServer {
     std::uint32_t frame_sequence = 0;
     core::MonoTime mono;
     core::GpsTime gps;
-    double yaw_rad = 0.0;
   };
   struct Hooks {
     std::function<Faults(core::MonoTime)> faults;       ///< what is wrong at this time
@@ -60,7 +58,7 @@ class CameraServer {
         longest_delivery{};  ///< trigger to last byte handed to the socket, without late ones
   };
 
-  CameraServer(std::filesystem::path socket, const MotionTrack& track, const SimClock& clock,
+  CameraServer(std::filesystem::path socket, const SimClock& clock,
                std::unique_ptr<PictureSource> pictures, const CameraOptions& options, Hooks hooks);
   ~CameraServer();
   CameraServer(const CameraServer&) = delete;
@@ -86,10 +84,8 @@ class CameraServer {
   void Deliver(const FrameOut& frame, const std::atomic<bool>& stop);
   bool SendAll(const void* data, std::size_t size, const std::atomic<bool>& stop);
   void PrepareNext();
-  double YawAt(core::MonoTime t) const { return track_.YawAt(clock_.GpsAt(t)); }
 
   std::filesystem::path socket_path_;
-  const MotionTrack& track_;
   const SimClock& clock_;
   std::unique_ptr<PictureSource> pictures_;
   CameraOptions options_;

@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "sim/motion_track.hpp"
 #include "sim/picture_source.hpp"
 #include "vision/doughnut_camera.hpp"
 
@@ -13,15 +14,17 @@ namespace kawara::sim {
 /// while the vehicle turns under it. (There is no parallax: the surrounding is infinitely far.
 /// Rendering a world of its own is another source's work.) Every picture carries its caption at the
 /// foot of the forward view, upright in the unwrapped panorama. One thread.
-class DoughnutPictures final : public PictureSource {
+class DoughnutPictures {
  public:
   /// Reads the panorama (equirectangular, full sphere, 2:1). Errors: kNotFound, kFormat,
   /// kInvalidArgument.
   static core::Expected<DoughnutPictures> Open(const std::filesystem::path& panorama,
                                                const vision::DoughnutParameters& geometry,
                                                int jpeg_quality);
-  void Prepare(double yaw_rad) override;
-  core::Expected<Picture> Expose(double yaw_rad, const Caption& caption) override;
+  /// Work that can be done before the trigger: the vehicle will probably stand at this yaw.
+  void Prepare(double yaw_rad);
+  /// The picture of an exposure at this yaw (true heading); quick after a good Prepare().
+  core::Expected<Picture> Expose(double yaw_rad, const Caption& caption);
 
   /// The picture of the last Expose() before compression, BGR.
   const cv::Mat& image() const { return image_; }
@@ -46,6 +49,22 @@ class DoughnutPictures final : public PictureSource {
   std::vector<CaptionPixel> caption_pixels_;
   double rendered_yaw_rad_;
   std::uint64_t rendered_late_ = 0;
+};
+
+/// DoughnutPictures of a vehicle that turns as `track` says.
+class TurningPictures final : public PictureSource {
+ public:
+  /// `track` must outlive this.
+  TurningPictures(DoughnutPictures pictures, const MotionTrack& track)
+      : pictures_(std::move(pictures)), track_(track) {}
+  void Prepare(core::GpsTime expected) override { pictures_.Prepare(track_.YawAt(expected)); }
+  core::Expected<Picture> Expose(const Caption& caption) override {
+    return pictures_.Expose(track_.YawAt(caption.exposure), caption);
+  }
+
+ private:
+  DoughnutPictures pictures_;
+  const MotionTrack& track_;
 };
 
 }  // namespace kawara::sim

@@ -68,7 +68,7 @@ core::Expected<FolderPictures> FolderPictures::Open(const std::filesystem::path&
   return pictures;
 }
 
-core::Expected<Picture> FolderPictures::Expose(double /*yaw_rad*/, const Caption& /*caption*/) {
+core::Expected<Picture> FolderPictures::Expose(const Caption& /*caption*/) {
   const std::filesystem::path& file = files_[next_];
   next_ = (next_ + 1) % files_.size();
   return ReadJpegFile(file);

@@ -12,8 +12,8 @@ class FolderPictures final : public PictureSource {
  public:
   /// kNotFound: no folder, or no .jpg/.jpeg file in it; kFormat: a file that is no JPEG.
   static core::Expected<FolderPictures> Open(const std::filesystem::path& folder);
-  void Prepare(double /*yaw_rad*/) override {}
-  core::Expected<Picture> Expose(double yaw_rad, const Caption& caption) override;
+  void Prepare(core::GpsTime /*expected*/) override {}
+  core::Expected<Picture> Expose(const Caption& caption) override;
   std::size_t size() const { return files_.size(); }
 
  private:

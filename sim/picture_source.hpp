@@ -26,11 +26,10 @@ struct Picture {
 class PictureSource {
  public:
   virtual ~PictureSource() = default;
-  /// Work that can be done before the trigger: the vehicle will probably stand at this yaw. Takes
-  /// its time.
-  virtual void Prepare(double yaw_rad) = 0;
-  /// The picture of an exposure at this yaw (true heading). Should be quick after a good Prepare().
-  virtual core::Expected<Picture> Expose(double yaw_rad, const Caption& caption) = 0;
+  /// Work that can be done before the trigger, which is expected at this time. Takes its time.
+  virtual void Prepare(core::GpsTime expected) = 0;
+  /// The picture of the exposure at caption.exposure. Should be quick after a good Prepare().
+  virtual core::Expected<Picture> Expose(const Caption& caption) = 0;
 };
 
 }  // namespace kawara::sim

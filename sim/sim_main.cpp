@@ -22,7 +22,7 @@ void AddDriveOptions(CLI::App& drive, kawara::sim::DriveOptions& o,
                   "folder of the recording: gnss.csv[.gz], imu.csv[.gz], site.csv")
       ->required();
   drive
-      .add_option("--run-dir", o.run_dir,
+      .add_option("--run-dir", o.instruments.run_dir,
                   "folder for the ports: gps, ahrs, camera.sock, ready, truth_epochs.csv, "
                   "truth_exposures.csv")
       ->required();
@@ -37,7 +37,7 @@ void AddDriveOptions(CLI::App& drive, kawara::sim::DriveOptions& o,
                   "seconds of recording to replay; to its end if not given")
       ->check(CLI::PositiveNumber);
   drive
-      .add_option("--speed", o.speed,
+      .add_option("--speed", o.instruments.speed,
                   "pace; other than 1 the instruments' clocks no longer fit this machine's")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
@@ -51,11 +51,13 @@ void AddDriveOptions(CLI::App& drive, kawara::sim::DriveOptions& o,
                   "camera.miss camera.late "
                   "camera.disconnect. Repeatable")
       ->allow_extra_args(false);
-  drive.add_option("--lead", o.lead_s, "seconds between ready and the first recorded instant")
+  drive
+      .add_option("--lead", o.instruments.lead_s,
+                  "seconds between ready and the first recorded instant")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
   drive
-      .add_option("--skew-ppm", o.machine_skew_ppm,
+      .add_option("--skew-ppm", o.instruments.machine_skew_ppm,
                   "GPS time runs this much faster than this machine's clock")
       ->check(CLI::Range(-1000.0, 1000.0));
   drive
@@ -63,73 +65,81 @@ void AddDriveOptions(CLI::App& drive, kawara::sim::DriveOptions& o,
           "--imu-advance", o.imu_advance_s,
           "seconds by which IMU stamps are moved back (0.09 takes out the drive's lateness)")
       ->check(CLI::Range(-1.0, 1.0));
-  drive.add_flag("!--no-realtime", o.realtime, "do not ask for real-time priority");
-  drive.add_option("--seed", o.gps.seed, "of all random delays and errors")->capture_default_str();
+  drive.add_flag("!--no-realtime", o.instruments.realtime, "do not ask for real-time priority");
+  drive.add_option("--seed", o.instruments.gps.seed, "of all random delays and errors")
+      ->capture_default_str();
 
-  drive.add_option("--gps-port", o.gps.port, "receiver's port the cable is in, A..D")
+  drive.add_option("--gps-port", o.instruments.gps.port, "receiver's port the cable is in, A..D")
       ->check(CLI::IsMember(std::map<std::string, int>{{"A", 0}, {"B", 1}, {"C", 2}, {"D", 3}}))
       ->group("GPS receiver");
-  drive.add_option("--gps-baud", o.gps.baud_bps, "rate saved in the receiver")
+  drive.add_option("--gps-baud", o.instruments.gps.baud_bps, "rate saved in the receiver")
       ->check(CLI::IsMember({300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200}))
       ->capture_default_str()
       ->group("GPS receiver");
   drive
       .add_option(
-          "--gps-preset", o.gps.streaming,
+          "--gps-preset", o.instruments.gps.streaming,
           "what is saved in the receiver: off, or streaming (all sentences on, CPD working)")
       ->transform(
           CLI::CheckedTransformer(std::map<std::string, bool>{{"off", false}, {"streaming", true}}))
       ->group("GPS receiver");
   drive
-      .add_option("--gga-quality", o.gps.gga_quality,
+      .add_option("--gga-quality", o.instruments.gps.gga_quality,
                   "GGA field 6: legacy (3 fixed, 2 float) or nmea23 (4, 5)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, GgaQuality>{
           {"legacy", GgaQuality::kAshtechLegacy}, {"nmea23", GgaQuality::kNmea23}}))
       ->group("GPS receiver");
-  drive.add_option("--gps-latency", o.gps.latency_s, "seconds from epoch to first bit")
+  drive.add_option("--gps-latency", o.instruments.gps.latency_s, "seconds from epoch to first bit")
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str()
       ->group("GPS receiver");
   drive
-      .add_option("--gps-jitter", o.gps.latency_jitter_s,
+      .add_option("--gps-jitter", o.instruments.gps.latency_jitter_s,
                   "mean of the random part of the latency [s]")
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str()
       ->group("GPS receiver");
   drive
-      .add_flag("--needs-corrections", o.gps.needs_corrections,
+      .add_flag("--needs-corrections", o.instruments.gps.needs_corrections,
                 "without RTCM on its port the receiver loses its fix")
       ->group("GPS receiver");
 
   drive
-      .add_flag("!--ahrs-quiet", o.ahrs.already_streaming,
+      .add_flag("!--ahrs-quiet", o.instruments.ahrs.already_streaming,
                 "unit starts polled instead of streaming from the last run")
       ->group("AHRS");
   drive
-      .add_option("--ahrs-skew-ppm", o.ahrs.counter_skew_ppm, "its crystal against this machine's")
+      .add_option("--ahrs-skew-ppm", o.instruments.ahrs.counter_skew_ppm,
+                  "its crystal against this machine's")
       ->check(CLI::Range(-10000.0, 10000.0))
       ->capture_default_str()
       ->group("AHRS");
-  drive.add_option("--ahrs-range", o.ahrs.ranges.rate_degps, "model: 100 (2 g) or 200 (4 g)")
+  drive
+      .add_option("--ahrs-range", o.instruments.ahrs.ranges.rate_degps,
+                  "model: 100 (2 g) or 200 (4 g)")
       ->check(CLI::IsMember({100.0, 200.0}))
       ->capture_default_str()
       ->group("AHRS");
   drive
-      .add_option("--ahrs-accel-sign", o.ahrs.ranges.force_sign,
+      .add_option("--ahrs-accel-sign", o.instruments.ahrs.ranges.force_sign,
                   "1: specific force as it is; -1: negated")
       ->check(CLI::IsMember({1.0, -1.0}))
       ->group("AHRS");
 
-  drive.add_option("--camera-delay", o.camera.exposure_delay_s, "trigger to start of exposure [s]")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str()
-      ->group("Camera");
-  drive.add_option("--camera-jitter", o.camera.exposure_jitter_s, "standard deviation of it [s]")
+  drive
+      .add_option("--camera-delay", o.instruments.camera.exposure_delay_s,
+                  "trigger to start of exposure [s]")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group("Camera");
   drive
-      .add_option("--camera-readout", o.camera.readout_s,
+      .add_option("--camera-jitter", o.instruments.camera.exposure_jitter_s,
+                  "standard deviation of it [s]")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group("Camera");
+  drive
+      .add_option("--camera-readout", o.instruments.camera.readout_s,
                   "start of exposure to first byte of the frame, least [s]")
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str()
@@ -162,14 +172,15 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  options.ahrs.ranges.force_g = options.ahrs.ranges.rate_degps / 50.0;
+  options.instruments.ahrs.ranges.force_g = options.instruments.ahrs.ranges.rate_degps / 50.0;
   for (const std::string& text : fault_texts) {
     const auto faults = kawara::sim::ParseFaults(text);
     if (!faults) {
       std::fprintf(stderr, "kawara-sim: %s\n", faults.error().message.c_str());
       return 2;
     }
-    options.faults.insert(options.faults.end(), faults->begin(), faults->end());
+    options.instruments.faults.insert(options.instruments.faults.end(), faults->begin(),
+                                      faults->end());
   }
   struct sigaction action {};
   action.sa_handler = RequestStop;

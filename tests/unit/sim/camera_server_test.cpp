@@ -17,8 +17,8 @@ namespace {
 /// Pictures whose bytes are their caption.
 class CaptionBytes final : public PictureSource {
  public:
-  void Prepare(double /*yaw_rad*/) override {}
-  core::Expected<Picture> Expose(double /*yaw_rad*/, const Caption& caption) override {
+  void Prepare(core::GpsTime /*expected*/) override {}
+  core::Expected<Picture> Expose(const Caption& caption) override {
     return Picture{
         64, 32,
         std::vector<std::uint8_t>(200'000, static_cast<std::uint8_t>(caption.trigger_sequence))};
@@ -34,7 +34,6 @@ class CameraPair : public ::testing::Test {
     folder_ = name;
     recording_ =
         LoadRecording(std::filesystem::path(KAWARA_SOURCE_DIR) / "data/drive_0708").value();
-    track_.emplace(recording_);
     clock_.emplace(recording_.begin() + core::Seconds(100), core::MonoNow(), 1.0);
     CameraServer::Hooks hooks;
     hooks.faults = [this](core::MonoTime /*t*/) {
@@ -45,7 +44,7 @@ class CameraPair : public ::testing::Test {
       const std::lock_guard lock(mutex_);
       exposures_.push_back(e);
     };
-    server_ = std::make_unique<CameraServer>(folder_ / "camera.sock", *track_, *clock_,
+    server_ = std::make_unique<CameraServer>(folder_ / "camera.sock", *clock_,
                                              std::make_unique<CaptionBytes>(), CameraOptions{},
                                              std::move(hooks));
     ASSERT_TRUE(server_->Listen());
@@ -73,7 +72,6 @@ class CameraPair : public ::testing::Test {
 
   std::filesystem::path folder_;
   Recording recording_;
-  std::optional<MotionTrack> track_;
   std::optional<SimClock> clock_;
   std::atomic<bool> hang_{false}, miss_{false}, late_{false}, disconnected_{false}, stop_{false};
   std::atomic<int> pulses_{0};
@@ -99,7 +97,6 @@ TEST_F(CameraPair, EachTriggerGivesTheFrameOfItsOwnExposure) {
   const std::lock_guard lock(mutex_);
   ASSERT_EQ(exposures_.size(), 5U);
   EXPECT_EQ(exposures_[2].gps, clock_->GpsAt(exposures_[2].mono));
-  EXPECT_EQ(exposures_[2].yaw_rad, track_->YawAt(exposures_[2].gps));
   EXPECT_EQ(pulses_, 5);
 }
 

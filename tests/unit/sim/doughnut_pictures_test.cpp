@@ -167,7 +167,7 @@ TEST_F(DoughnutTest, FolderGivesItsPicturesInOrderAndAround) {
   auto pictures = FolderPictures::Open(folder_);
   ASSERT_TRUE(pictures) << pictures.error().message;
   for (const std::uint32_t width : {50U, 20U, 50U}) {
-    const auto picture = pictures->Expose(0.0, {});
+    const auto picture = pictures->Expose({});
     ASSERT_TRUE(picture);
     EXPECT_EQ(picture->width, width);
     EXPECT_EQ(picture->height, width == 50U ? 10U : 30U);
