@@ -1,0 +1,194 @@
+#include "sim/render/light_field.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/geodesy.hpp"
+#include "sim/render/noise2.hpp"
+
+namespace kawara::sim {
+namespace {
+
+constexpr std::size_t kMaxGridPlaces = 40'000'000;
+constexpr int kRays = 96;
+/// A point whose rays meet more back sides than this share is inside something.
+constexpr double kInsideShare = 0.25;
+/// Where all points round a place are inside something (under a car), of the open sky's light.
+constexpr float kBetweenSolids = 0.05F;
+constexpr float kShadowOffset_m = 0.002F;
+/// Light on what a ray meets is taken as this share of the open sky's (it is not measured again).
+constexpr float kSecondHandSky = 0.6F;
+
+/// Evenly spread over the sphere (Fibonacci spiral).
+std::array<Eigen::Vector3d, kRays> SphereDirections() {
+  std::array<Eigen::Vector3d, kRays> directions;
+  for (int i = 0; i < kRays; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kRays;
+    const double turn = i * core::kPi * (3.0 - std::sqrt(5.0));
+    const double r = std::sqrt(1.0 - z * z);
+    directions[static_cast<std::size_t>(i)] = {r * std::cos(turn), r * std::sin(turn), z};
+  }
+  return directions;
+}
+
+}  // namespace
+
+LightField::LightField(const RayScene& scene, const SkyMap& sky, double time_s,
+                       const LightSettings& settings)
+    : cell_m_(static_cast<float>(settings.cell_m)),
+      open_sky_(Eigen::Array3f::Zero()),
+      open_ground_(Eigen::Array3f::Zero()) {
+  for (const Eigen::Vector3d& d : SphereDirections()) {
+    if (d.z() > 0.0) {
+      open_sky_ += 4.0F / kRays * static_cast<float>(d.z()) * sky.Radiance(d.cast<float>());
+    }
+  }
+  open_ground_ = 0.25F * (open_sky_ + sky.sun_rgb() * std::max(sky.to_sun_enu().z(), 0.0F));
+  if (scene.triangle_count() == 0) return;
+  while (!PlacePoints(scene, static_cast<std::size_t>(std::max(settings.max_points, 64))))
+    cell_m_ *= 1.3F;
+  points_.resize(places_.size());
+  const RayScene::Moment moment = scene.MomentAt(time_s);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t n = range.begin(); n != range.end(); ++n) {
+                        Measure(scene, sky, moment, n);
+                      }
+                    });
+}
+
+// Points round every place At() will ask for: half a cell off the surface, on both sides.
+bool LightField::PlacePoints(const RayScene& scene, std::size_t max_points) {
+  low_ = scene.low_enu_m().array() - 2.0F * cell_m_;
+  const Eigen::Vector3f extent = (scene.high_enu_m() - low_).array() + 2.0F * cell_m_;
+  const Eigen::Vector3d cells = (extent / cell_m_).cast<double>().array().ceil() + 1.0;
+  if (cells.prod() > static_cast<double>(kMaxGridPlaces)) return false;
+  size_ = cells.cast<int>();
+  point_at_.assign(static_cast<std::size_t>(size_.prod()), -1);
+  places_.clear();
+  for (std::size_t t = 0; t < scene.triangle_count(); ++t) {
+    const auto corners = scene.Corners(t);
+    const Eigen::Vector3f e1 = corners[1] - corners[0];
+    const Eigen::Vector3f e2 = corners[2] - corners[0];
+    const Eigen::Vector3f normal = e1.cross(e2).normalized();
+    const float step = 0.45F * cell_m_;
+    const int n1 = static_cast<int>(e1.norm() / step) + 1;
+    const int n2 = static_cast<int>(e2.norm() / step) + 1;
+    for (int a = 0; a <= n1; ++a) {
+      const float s = static_cast<float>(a) / static_cast<float>(n1);
+      const int last = static_cast<int>(std::ceil((1.0F - s) * static_cast<float>(n2)));
+      for (int b = 0; b <= last; ++b) {
+        const Eigen::Vector3f on =
+            corners[0] + s * e1 +
+            std::min(static_cast<float>(b) / static_cast<float>(n2), 1.0F - s) * e2;
+        for (const float side : {0.5F, -0.5F}) {
+          const Eigen::Vector3i cell =
+              ((on + side * cell_m_ * normal - low_) / cell_m_).array().floor().cast<int>();
+          for (int corner = 0; corner < 8; ++corner) {
+            const Eigen::Vector3i place =
+                cell + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+            std::int32_t& point = point_at_[Index(place.x(), place.y(), place.z())];
+            if (point >= 0) continue;
+            point = static_cast<std::int32_t>(places_.size());
+            places_.push_back(place);
+            if (places_.size() > max_points) return false;
+          }
+        }
+      }
+    }
+  }
+  return true;
+}
+
+void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScene::Moment& moment,
+                         std::size_t number) {
+  static const std::array<Eigen::Vector3d, kRays> kDirections = SphereDirections();
+  const Eigen::Vector3d from = (low_ + cell_m_ * places_[number].cast<float>()).cast<double>();
+  Point& point = points_[number];
+  point.plate.fill(Eigen::Array3f::Zero());
+  int back_sides = 0;
+  for (int first = 0; first < kRays; first += kPacketRays) {
+    RayPacket rays;
+    for (int lane = 0; lane < kPacketRays; ++lane) {
+      rays.Set(lane, from, kDirections[static_cast<std::size_t>(first + lane)]);
+    }
+    PacketHits hits;
+    scene.Intersect(rays, moment, hits);
+    std::array<RayHit, kPacketRays> met;
+    RayPacket to_sun;
+    for (int lane = 0; lane < kPacketRays; ++lane) {
+      const auto l = static_cast<std::size_t>(lane);
+      if (hits.triangle[l] == kNoTriangle) continue;
+      const Eigen::Vector3d& d = kDirections[static_cast<std::size_t>(first + lane)];
+      met[l] = scene.Resolve(hits.triangle[l], hits.range_m[l], from, d);
+      if (met[l].normal_enu.dot(d.cast<float>()) > 0.0F)
+        ++back_sides;
+      else if (met[l].normal_enu.dot(sky.to_sun_enu()) > 0.0F) {
+        to_sun.Set(lane,
+                   from + met[l].range_m * d + (kShadowOffset_m * met[l].normal_enu).cast<double>(),
+                   sky.to_sun_enu().cast<double>());
+      }
+    }
+    const std::uint32_t shaded = scene.Blocked(to_sun, moment);
+    for (int lane = 0; lane < kPacketRays; ++lane) {
+      const auto l = static_cast<std::size_t>(lane);
+      const Eigen::Vector3f d = kDirections[static_cast<std::size_t>(first + lane)].cast<float>();
+      Eigen::Array3f light;
+      if (!met[l].hit()) {
+        light = sky.Radiance(d);
+      } else {
+        const auto& base = scene.materials()[met[l].material].base_rgb;
+        light = kSecondHandSky * open_sky_ * (0.6F + 0.4F * met[l].normal_enu.z());
+        if ((to_sun.lanes >> lane & 1U) != 0 && (shaded >> lane & 1U) == 0) {
+          light += sky.sun_rgb() * met[l].normal_enu.dot(sky.to_sun_enu());
+        }
+        light *= Eigen::Array3f(base[0], base[1], base[2]);
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto plate = static_cast<std::size_t>(2 * axis + (d[axis] > 0.0F ? 0 : 1));
+        point.plate[plate] += 4.0F / kRays * std::abs(d[axis]) * light;
+      }
+    }
+  }
+  point.inside_solid = back_sides > kInsideShare * kRays;
+}
+
+Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m,
+                              const Eigen::Vector3f& normal_enu) const {
+  const Eigen::Vector3f place =
+      (place_enu_m.cast<float>() + 0.5F * cell_m_ * normal_enu - low_) / cell_m_;
+  const Eigen::Vector3i cell(FloorInt(place.x()), FloorInt(place.y()), FloorInt(place.z()));
+  const Eigen::Array3f squares = normal_enu.array().square();
+  Eigen::Array3f sum = Eigen::Array3f::Zero();
+  float weights = 0.0F;
+  bool near_surface = false;
+  if ((cell.array() >= 0).all() && (cell.array() + 1 < size_.array()).all()) {
+    const Eigen::Vector3f f = place - cell.cast<float>();
+    for (int corner = 0; corner < 8; ++corner) {
+      const int i = corner & 1;
+      const int j = corner >> 1 & 1;
+      const int k = corner >> 2;
+      const std::int32_t number = point_at_[Index(cell.x() + i, cell.y() + j, cell.z() + k)];
+      if (number < 0) continue;
+      near_surface = true;
+      const Point& point = points_[static_cast<std::size_t>(number)];
+      if (point.inside_solid) continue;
+      const float weight = (i != 0 ? f.x() : 1.0F - f.x()) * (j != 0 ? f.y() : 1.0F - f.y()) *
+                           (k != 0 ? f.z() : 1.0F - f.z());
+      sum += weight * (squares.x() * point.plate[normal_enu.x() > 0.0F ? 0 : 1] +
+                       squares.y() * point.plate[normal_enu.y() > 0.0F ? 2 : 3] +
+                       squares.z() * point.plate[normal_enu.z() > 0.0F ? 4 : 5]);
+      weights += weight;
+    }
+  }
+  if (weights > 0.02F) return sum / weights;
+  if (near_surface) return kBetweenSolids * open_sky_;
+  const float up = 0.5F + 0.5F * normal_enu.z();  // in the open air, as the robot's own body
+  return open_sky_ * up + open_ground_ * (1.0F - up);
+}
+
+}  // namespace kawara::sim

@@ -1,0 +1,61 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "sim/render/ray_scene.hpp"
+#include "sim/render/sky_map.hpp"
+
+namespace kawara::sim {
+
+struct LightSettings {
+  std::uint32_t sky_seed = 1;  ///< which clouds
+  int sky_columns = 2048;      ///< texels round the horizon
+  double cell_m = 0.5;         ///< between the points where light is measured; at least this
+  int max_points = 160'000;    ///< for a large site the cells grow until these suffice
+};
+
+/// Light that does not come straight from the sun, at any place of a scene: of the part of the sky
+/// that is seen from there, and what sunlit ground and walls throw back once. So it is darker under
+/// eaves, between houses and beside a wall, and a red wall tints what stands before it.
+///
+/// Measured beforehand by rays from a grid of points along all surfaces, each keeping the light on
+/// six little plates facing along the axes; interpolated afterwards. Immutable; any thread.
+class LightField {
+ public:
+  /// Measures with the objects there at `time_s` (only those that always are, if it is before any
+  /// comes). All cores; the result does not depend on their number.
+  LightField(const RayScene& scene, const SkyMap& sky, double time_s,
+             const LightSettings& settings);
+
+  /// Light on a surface at a place, over pi, in SkyMap's units. `normal_enu` points to the viewer.
+  Eigen::Array3f At(const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& normal_enu) const;
+
+  float cell_m() const { return cell_m_; }
+  std::size_t point_count() const { return points_.size(); }
+
+ private:
+  struct Point {
+    std::array<Eigen::Array3f, 6> plate;  ///< facing +e, -e, +n, -n, +u, -u
+    bool inside_solid = false;
+  };
+  bool PlacePoints(const RayScene& scene, std::size_t max_points);
+  void Measure(const RayScene& scene, const SkyMap& sky, const RayScene::Moment& moment,
+               std::size_t number);
+  std::size_t Index(int i, int j, int k) const {
+    return (static_cast<std::size_t>(k) * static_cast<std::size_t>(size_.y()) +
+            static_cast<std::size_t>(j)) *
+               static_cast<std::size_t>(size_.x()) +
+           static_cast<std::size_t>(i);
+  }
+
+  float cell_m_;
+  Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
+  Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
+  std::vector<std::int32_t> point_at_;  ///< of a grid place; -1: none
+  std::vector<Eigen::Vector3i> places_;
+  std::vector<Point> points_;
+  Eigen::Array3f open_sky_, open_ground_;  ///< where there are no points
+};
+
+}  // namespace kawara::sim

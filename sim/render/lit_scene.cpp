@@ -1,0 +1,129 @@
+#include "sim/render/lit_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/render/noise2.hpp"
+#include "sim/render/surface_pattern.hpp"
+
+namespace kawara::sim {
+namespace {
+
+/// Off the surface, so that it does not shade itself.
+constexpr double kShadowOffset_m = 0.001;
+/// Sine of the angle below which a surface is seen no more grazing than this.
+constexpr float kMinGrazing = 0.02F;
+/// Far things take on the haze's colour over this range [m].
+constexpr float kVisibility_m = 1800.0F;
+/// Reflections weaker than this are not worth a ray.
+constexpr float kLeastMirror = 0.01F;
+/// Mirrored things are seen coarsely: a pane is never quite flat.
+constexpr float kMirrorBlur_rad = 0.006F;
+
+bool LetsLightThrough(const Material& material) {
+  return material.pattern == Pattern::kLeaves || material.pattern == Pattern::kGrass;
+}
+
+// Extent of the pixel's cone on the surface, along one of its uv axes: the cone's circle is
+// projected along the ray onto the plane.
+float Footprint(const Eigen::Vector3f& gradient, const Eigen::Vector3f& normal,
+                const Eigen::Vector3f& direction, float along, float width_m) {
+  return width_m * (gradient - normal * (gradient.dot(direction) / along)).norm();
+}
+
+}  // namespace
+
+core::Expected<std::shared_ptr<const LitScene>> LitScene::Create(const Scene& scene,
+                                                                 const LightSettings& light) {
+  core::Expected<RayScene> rays = RayScene::Create(scene);
+  if (!rays) return tl::unexpected(rays.error());
+  return std::shared_ptr<const LitScene>(new LitScene(std::move(*rays), light));
+}
+
+// The light is measured before anything comes, so with the things that always stand there.
+LitScene::LitScene(RayScene rays, const LightSettings& light)
+    : rays_(std::move(rays)),
+      sky_(rays_.sun(), light.sky_seed, light.sky_columns),
+      light_(rays_, sky_, -std::numeric_limits<double>::infinity(), light) {}
+
+bool LitScene::WantsSun(const Material& material, const RayHit& hit,
+                        const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& direction_enu,
+                        Eigen::Vector3d& start) const {
+  if (sky_.sun_rgb().x() <= 0.0F) return false;
+  const float to_sun = hit.normal_enu.dot(sky_.to_sun_enu());
+  const float to_eye = -hit.normal_enu.dot(direction_enu);
+  if (to_sun * to_eye <= 0.0F && !LetsLightThrough(material)) return false;
+  start = place_enu_m +
+          (to_sun > 0.0F ? kShadowOffset_m : -kShadowOffset_m) * hit.normal_enu.cast<double>();
+  return true;
+}
+
+Eigen::Array3f LitScene::Shade(const SurfaceView& view, bool may_mirror) const {
+  const RayHit& hit = view.hit;
+  const auto range_m = static_cast<float>(hit.range_m);
+  float along = hit.normal_enu.dot(view.direction_enu);
+  const Eigen::Vector3f normal = along > 0.0F ? Eigen::Vector3f(-hit.normal_enu) : hit.normal_enu;
+  const float cosine = std::max(std::abs(along), kMinGrazing);
+  along = -cosine;
+
+  SurfacePoint point;
+  point.uv_m = hit.uv_m;
+  const float width_m = range_m * view.pixel_rad;
+  point.footprint_u_m = Footprint(hit.gradient_u, normal, view.direction_enu, along, width_m);
+  point.footprint_v_m = Footprint(hit.gradient_v, normal, view.direction_enu, along, width_m);
+  const SurfaceColour colour = ColourOf(view.material, point);
+
+  // Relief tilts the normal; the true surface still says what faces the sun at all.
+  const Eigen::Vector3f relief =
+      (normal - colour.slope_u * hit.gradient_u - colour.slope_v * hit.gradient_v).normalized();
+  const Eigen::Array3f around = light_.At(view.place_enu_m, normal);
+  Eigen::Array3f light =
+      around * (0.75F + 0.25F * relief.dot(normal) + 0.3F * (relief.z() - normal.z()));
+  const Eigen::Vector3f& to_sun = sky_.to_sun_enu();
+  if (view.sunlit) {
+    const float facing = relief.dot(to_sun);
+    if (normal.dot(to_sun) > 0.0F) light += std::max(facing, 0.0F) * sky_.sun_rgb();
+    if (colour.luminance > 0.0F) light += colour.luminance * std::abs(facing) * sky_.sun_rgb();
+  }
+  Eigen::Array3f out = colour.rgb * light;
+
+  if (colour.gloss > 0.0F) {
+    // Schlick's approximation of Fresnel; rough things never become mirrors.
+    const float grazing = std::pow(1.0F - cosine, 5.0F);
+    const float share =
+        colour.gloss + (std::min(0.9F, 8.0F * colour.gloss) - colour.gloss) * grazing;
+    const Eigen::Vector3f bounced =
+        (view.direction_enu - 2.0F * relief.dot(view.direction_enu) * relief).normalized();
+    Eigen::Array3f mirrored = Eigen::Array3f::Zero();
+    if (view.material.pattern == Pattern::kGlass && may_mirror && share > kLeastMirror) {
+      mirrored = Mirrored(view, bounced);
+    } else {
+      mirrored = light_.At(view.place_enu_m, bounced);
+    }
+    if (view.sunlit && normal.dot(to_sun) > 0.0F) {
+      const float shine = std::max(bounced.dot(to_sun), 0.0F);
+      mirrored += sky_.sun_rgb() * (6.0F * std::pow(shine, 80.0F));
+    }
+    out = out * (1.0F - share) + mirrored * share;
+  }
+  const float haze = 1.0F - std::exp(-range_m / kVisibility_m);
+  return out + (sky_.haze_rgb() - out) * haze;
+}
+
+Eigen::Array3f LitScene::Mirrored(const SurfaceView& view, const Eigen::Vector3f& direction) const {
+  const Eigen::Vector3d to = direction.cast<double>().normalized();
+  const Eigen::Vector3d start = view.place_enu_m + 2.0 * kShadowOffset_m * to;
+  const RayHit hit = rays_.Cast(start, to, view.moment);
+  if (!hit.hit()) return sky_.Radiance(to.cast<float>());
+  const Material& material = rays_.materials()[hit.material];
+  SurfaceView far{material, hit,        start + hit.range_m * to, to.cast<float>(), kMirrorBlur_rad,
+                  false,    view.moment};
+  Eigen::Vector3d off_surface;
+  if (WantsSun(material, hit, far.place_enu_m, far.direction_enu, off_surface)) {
+    far.sunlit = !rays_.Blocked(off_surface, sky_.to_sun_enu().cast<double>(),
+                                std::numeric_limits<double>::infinity(), view.moment);
+  }
+  return Shade(far, false);
+}
+
+}  // namespace kawara::sim

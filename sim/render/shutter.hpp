@@ -1,0 +1,55 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace kawara::sim {
+
+/// Where the camera is during an exposure: its pose at 17 instants evenly spread over it, for each
+/// row if the shutter rolls. Immutable; any thread.
+class ShutterPoses {
+ public:
+  static constexpr int kHalf = 8;  ///< instants are numbered -8..8; 0 is the middle
+
+  struct Pose {
+    Eigen::Matrix3d R_enu_camera;
+    Eigen::Vector3d origin_enu_m;
+  };
+
+  ShutterPoses(const std::function<Eigen::Isometry3d(double)>& enu_from_camera, double exposure_s,
+               double readout_s, int rows)
+      : rolling_(readout_s != 0.0 && rows > 1), rows_(rolling_ ? rows : 1) {
+    poses_.reserve(static_cast<std::size_t>(rows_ * kInstants));
+    for (int row = 0; row < rows_; ++row) {
+      const double middle_s =
+          rolling_ ? readout_s * (static_cast<double>(row) / (rows - 1) - 0.5) : 0.0;
+      for (int k = -kHalf; k <= kHalf; ++k) {
+        if (exposure_s == 0.0 && k > -kHalf) {
+          poses_.push_back(poses_.back());
+          continue;
+        }
+        const Eigen::Isometry3d pose = enu_from_camera(middle_s + exposure_s * k / kInstants);
+        poses_.push_back({pose.linear(), pose.translation()});
+      }
+    }
+  }
+
+  const Pose& At(int row, int instant) const {
+    return poses_[static_cast<std::size_t>((rolling_ ? row : 0) * kInstants + kHalf + instant)];
+  }
+  /// Instant of the i-th of `pairs` pairs of samples (their number: 2 pairs + 1), i = 1..pairs.
+  static int InstantOf(int i, int pairs) {
+    return std::min(
+        kHalf, static_cast<int>(std::lround(static_cast<double>(i * kInstants) / (2 * pairs + 1))));
+  }
+
+ private:
+  static constexpr int kInstants = 2 * kHalf + 1;
+  bool rolling_;
+  int rows_;
+  std::vector<Pose> poses_;
+};
+
+}  // namespace kawara::sim
