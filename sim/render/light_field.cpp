@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::size_t kMaxGridPlaces = 40'000'000;
 constexpr int kRays = 96;
+/// What open ground throws back.
+constexpr float kOpenGround = 0.2F;
 /// A point whose rays meet more back sides than this share is inside something.
 constexpr double kInsideShare = 0.25;
 /// Where all points round a place are inside something (under a car), of the open sky's light.
@@ -37,7 +39,8 @@ std::array<Eigen::Vector3d, kRays> SphereDirections() {
 
 }  // namespace
 
-LightField::LightField(const RayScene& scene, const SkyMap& sky, double time_s,
+LightField::LightField(const RayScene& scene, const SkyMap& sky,
+                       const Eigen::AlignedBox3f& region_enu_m, double time_s,
                        const LightSettings& settings)
     : cell_m_(static_cast<float>(settings.cell_m)),
       open_sky_(Eigen::Array3f::Zero()),
@@ -47,10 +50,12 @@ LightField::LightField(const RayScene& scene, const SkyMap& sky, double time_s,
       open_sky_ += 4.0F / kRays * static_cast<float>(d.z()) * sky.Radiance(d.cast<float>());
     }
   }
-  open_ground_ = 0.25F * (open_sky_ + sky.sun_rgb() * std::max(sky.to_sun_enu().z(), 0.0F));
-  if (scene.triangle_count() == 0) return;
-  while (!PlacePoints(scene, static_cast<std::size_t>(std::max(settings.max_points, 64))))
-    cell_m_ *= 1.3F;
+  open_ground_ = kOpenGround * (open_sky_ + sky.sun_rgb() * std::max(sky.to_sun_enu().z(), 0.0F));
+  if (region_enu_m.isEmpty()) return;
+  while (!PlacePoints(scene, region_enu_m,
+                      static_cast<std::size_t>(std::max(settings.max_points, 64)))) {
+    cell_m_ *= 1.25F;
+  }
   points_.resize(places_.size());
   const RayScene::Moment moment = scene.MomentAt(time_s);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), 256),
@@ -61,45 +66,47 @@ LightField::LightField(const RayScene& scene, const SkyMap& sky, double time_s,
                     });
 }
 
-// Points round every place At() will ask for: half a cell off the surface, on both sides.
-bool LightField::PlacePoints(const RayScene& scene, std::size_t max_points) {
-  low_ = scene.low_enu_m().array() - 2.0F * cell_m_;
-  const Eigen::Vector3f extent = (scene.high_enu_m() - low_).array() + 2.0F * cell_m_;
+// Points round every place At() will ask for: half a cell off the surface, on its outside.
+bool LightField::PlacePoints(const RayScene& scene, const Eigen::AlignedBox3f& region,
+                             std::size_t max_points) {
+  low_ = region.min().array() - 2.0F * cell_m_;
+  const Eigen::Vector3f extent = (region.max() - low_).array() + 2.0F * cell_m_;
   const Eigen::Vector3d cells = (extent / cell_m_).cast<double>().array().ceil() + 1.0;
   if (cells.prod() > static_cast<double>(kMaxGridPlaces)) return false;
   size_ = cells.cast<int>();
   point_at_.assign(static_cast<std::size_t>(size_.prod()), -1);
   places_.clear();
+  const auto add_round = [&](const Eigen::Vector3f& place) {
+    const Eigen::Vector3i cell = ((place - low_) / cell_m_).array().floor().cast<int>();
+    if ((cell.array() < 0).any() || (cell.array() + 1 >= size_.array()).any()) return;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3i at = cell + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+      std::int32_t& point = point_at_[Index(at.x(), at.y(), at.z())];
+      if (point >= 0) continue;
+      point = static_cast<std::int32_t>(places_.size());
+      places_.push_back(at);
+    }
+  };
+  const float step = 0.45F * cell_m_;
   for (std::size_t t = 0; t < scene.triangle_count(); ++t) {
     const auto corners = scene.Corners(t);
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& corner : corners) box.extend(corner);
+    if (!box.intersects(region)) continue;
     const Eigen::Vector3f e1 = corners[1] - corners[0];
     const Eigen::Vector3f e2 = corners[2] - corners[0];
-    const Eigen::Vector3f normal = e1.cross(e2).normalized();
-    const float step = 0.45F * cell_m_;
+    const Eigen::Vector3f off = 0.5F * cell_m_ * e1.cross(e2).normalized();
     const int n1 = static_cast<int>(e1.norm() / step) + 1;
     const int n2 = static_cast<int>(e2.norm() / step) + 1;
     for (int a = 0; a <= n1; ++a) {
       const float s = static_cast<float>(a) / static_cast<float>(n1);
-      const int last = static_cast<int>(std::ceil((1.0F - s) * static_cast<float>(n2)));
-      for (int b = 0; b <= last; ++b) {
-        const Eigen::Vector3f on =
-            corners[0] + s * e1 +
-            std::min(static_cast<float>(b) / static_cast<float>(n2), 1.0F - s) * e2;
-        for (const float side : {0.5F, -0.5F}) {
-          const Eigen::Vector3i cell =
-              ((on + side * cell_m_ * normal - low_) / cell_m_).array().floor().cast<int>();
-          for (int corner = 0; corner < 8; ++corner) {
-            const Eigen::Vector3i place =
-                cell + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
-            std::int32_t& point = point_at_[Index(place.x(), place.y(), place.z())];
-            if (point >= 0) continue;
-            point = static_cast<std::int32_t>(places_.size());
-            places_.push_back(place);
-            if (places_.size() > max_points) return false;
-          }
-        }
+      for (int b = 0; b <= n2; ++b) {
+        const float r = std::min(static_cast<float>(b) / static_cast<float>(n2), 1.0F - s);
+        add_round(corners[0] + s * e1 + r * e2 + off);
+        if (r >= 1.0F - s) break;
       }
     }
+    if (places_.size() > max_points) return false;
   }
   return true;
 }

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <vector>
 
@@ -12,7 +12,7 @@ struct LightSettings {
   std::uint32_t sky_seed = 1;  ///< which clouds
   int sky_columns = 2048;      ///< texels round the horizon
   double cell_m = 0.5;         ///< between the points where light is measured; at least this
-  int max_points = 160'000;    ///< for a large site the cells grow until these suffice
+  int max_points = 300'000;    ///< for a large site the cells grow until these suffice
 };
 
 /// Light that does not come straight from the sun, at any place of a scene: of the part of the sky
@@ -25,8 +25,9 @@ class LightField {
  public:
   /// Measures with the objects there at `time_s` (only those that always are, if it is before any
   /// comes). All cores; the result does not depend on their number.
-  LightField(const RayScene& scene, const SkyMap& sky, double time_s,
-             const LightSettings& settings);
+  /// Points lie inside `region_enu_m` only; outside, everything has the open sky's light.
+  LightField(const RayScene& scene, const SkyMap& sky, const Eigen::AlignedBox3f& region_enu_m,
+             double time_s, const LightSettings& settings);
 
   /// Light on a surface at a place, over pi, in SkyMap's units. `normal_enu` points to the viewer.
   Eigen::Array3f At(const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& normal_enu) const;
@@ -39,7 +40,8 @@ class LightField {
     std::array<Eigen::Array3f, 6> plate;  ///< facing +e, -e, +n, -n, +u, -u
     bool inside_solid = false;
   };
-  bool PlacePoints(const RayScene& scene, std::size_t max_points);
+  bool PlacePoints(const RayScene& scene, const Eigen::AlignedBox3f& region,
+                   std::size_t max_points);
   void Measure(const RayScene& scene, const SkyMap& sky, const RayScene::Moment& moment,
                std::size_t number);
   std::size_t Index(int i, int j, int k) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "sim/render/noise2.hpp"
 #include "sim/render/surface_pattern.hpp"
@@ -11,6 +12,8 @@ namespace {
 
 /// Off the surface, so that it does not shade itself.
 constexpr double kShadowOffset_m = 0.001;
+/// Ground beyond what stands on it that is still lit with care.
+constexpr float kMargin_m = 6.0F;
 /// Sine of the angle below which a surface is seen no more grazing than this.
 constexpr float kMinGrazing = 0.02F;
 /// Far things take on the haze's colour over this range [m].
@@ -22,6 +25,24 @@ constexpr float kMirrorBlur_rad = 0.006F;
 
 bool LetsLightThrough(const Material& material) {
   return material.pattern == Pattern::kLeaves || material.pattern == Pattern::kGrass;
+}
+
+// The box round all that stands on the ground, and some ground about it: where the sky is hidden.
+Eigen::AlignedBox3f BuiltPart(const Scene& scene) {
+  std::set<std::uint32_t> ground;
+  for (const SceneObject& object : scene.objects) {
+    if (object.cls == ObjectClass::kGround || object.cls == ObjectClass::kKerb) {
+      ground.insert(object.id);
+    }
+  }
+  Eigen::AlignedBox3f box;
+  for (const Mesh& mesh : scene.meshes) {
+    if (ground.count(mesh.object) != 0) continue;
+    for (const Eigen::Vector3f& v : mesh.vertices_m) box.extend(v);
+  }
+  if (box.isEmpty()) return box;
+  const Eigen::Vector3f margin(kMargin_m, kMargin_m, 0.5F);
+  return {box.min() - margin, box.max() + margin};
 }
 
 // Extent of the pixel's cone on the surface, along one of its uv axes: the cone's circle is
@@ -37,14 +58,15 @@ core::Expected<std::shared_ptr<const LitScene>> LitScene::Create(const Scene& sc
                                                                  const LightSettings& light) {
   core::Expected<RayScene> rays = RayScene::Create(scene);
   if (!rays) return tl::unexpected(rays.error());
-  return std::shared_ptr<const LitScene>(new LitScene(std::move(*rays), light));
+  return std::shared_ptr<const LitScene>(new LitScene(std::move(*rays), BuiltPart(scene), light));
 }
 
 // The light is measured before anything comes, so with the things that always stand there.
-LitScene::LitScene(RayScene rays, const LightSettings& light)
+LitScene::LitScene(RayScene rays, const Eigen::AlignedBox3f& lit_region_enu_m,
+                   const LightSettings& light)
     : rays_(std::move(rays)),
       sky_(rays_.sun(), light.sky_seed, light.sky_columns),
-      light_(rays_, sky_, -std::numeric_limits<double>::infinity(), light) {}
+      light_(rays_, sky_, lit_region_enu_m, -std::numeric_limits<double>::infinity(), light) {}
 
 bool LitScene::WantsSun(const Material& material, const RayHit& hit,
                         const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& direction_enu,

@@ -40,7 +40,7 @@ class LitScene {
   Eigen::Array3f Radiance(const SurfaceView& view) const { return Shade(view, true); }
 
  private:
-  LitScene(RayScene rays, const LightSettings& light);
+  LitScene(RayScene rays, const Eigen::AlignedBox3f& lit_region_enu_m, const LightSettings& light);
   Eigen::Array3f Shade(const SurfaceView& view, bool may_mirror) const;
   Eigen::Array3f Mirrored(const SurfaceView& view, const Eigen::Vector3f& direction) const;
 
