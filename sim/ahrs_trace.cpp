@@ -78,12 +78,16 @@ std::vector<AhrsState> MakeAhrsTrace(const Recording& recording, const MotionTra
     state.time = sample.time;
     state.rate_radps = sample.rate_radps;
     state.specific_force_mps2 = sample.specific_force_mps2;
-    // The field belongs to the same instant as the gyro: the recorded stamp less its known
-    // lateness.
-    const core::Attitude body{filter.attitude().roll_rad, filter.attitude().pitch_rad,
-                              track.YawAt(sample.time - late)};
-    state.magnetic_gauss = core::RotationNedFromBody(body).transpose() * field_ned;
-    for (double& axis : state.magnetic_gauss) axis += kMagneticNoise_gauss * dice.Normal();
+    if (sample.magnetic_gauss) {
+      state.magnetic_gauss = *sample.magnetic_gauss;
+    } else {
+      // The field belongs to the same instant as the gyro: the recorded stamp less its known
+      // lateness.
+      const core::Attitude body{filter.attitude().roll_rad, filter.attitude().pitch_rad,
+                                track.YawAt(sample.time - late)};
+      state.magnetic_gauss = core::RotationNedFromBody(body).transpose() * field_ned;
+      for (double& axis : state.magnetic_gauss) axis += kMagneticNoise_gauss * dice.Normal();
+    }
     const double dt_s = trace.empty() ? 0.0 : core::ToSeconds(sample.time - trace.back().time);
     filter.Update(std::min(dt_s, 1.0), state);
     state.attitude = filter.attitude();

@@ -34,9 +34,10 @@ class CoarseAttitudeFilter {
 };
 
 /// The whole recording as an attitude unit sees it. Rates and forces are the recorded ones,
-/// untouched. Two things the recording does not hold are MADE, and are no better than this:
-///  * the magnetic field: the Earth's field of the site turned into the body by the track's yaw
-///  (see MotionTrack) and the
+/// untouched. Two things are MADE where the recording does not hold them, and are no better than
+/// this:
+///  * the magnetic field (a simulated drive brings its own): the Earth's field of the site turned
+///  into the body by the track's yaw (see MotionTrack) and the
 ///    filter's roll and pitch, plus noise as measured on a real AHRS400 at rest (2.7 mgauss);
 ///  * the attitude: CoarseAttitudeFilter run over all of it.
 std::vector<AhrsState> MakeAhrsTrace(const Recording& recording, const MotionTrack& track,

@@ -24,7 +24,8 @@ class Dice {
   /// Mean 0, standard deviation 1 (Box-Muller; one of its two values is thrown away for
   /// simplicity).
   double Normal() {
-    return std::sqrt(-2.0 * std::log(Uniform())) * std::cos(2.0 * core::kPi * Uniform());
+    const double radius = std::sqrt(-2.0 * std::log(Uniform()));  // first: operands have no order
+    return radius * std::cos(2.0 * core::kPi * Uniform());
   }
   /// Mean 1, never negative: the shape of queueing delays.
   double Exponential() { return -std::log(Uniform()); }

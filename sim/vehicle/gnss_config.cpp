@@ -9,7 +9,7 @@ GnssConfig GnssConfig::Named(const std::string& profile) {
   // Sizes for a dilution of 1: ordinary figures of short-baseline dual frequency RTK and of the
   // worse solutions it falls back to. The wander of a fixed solution is multipath at antenna and
   // base, which repeats over minutes and is why RTK noise is not white.
-  c.fixed = {.white_m = 0.003, .wander_m = 0.006, .tau_s = 90.0};
+  c.fixed = {.white_m = 0.005, .wander_m = 0.010, .tau_s = 90.0};
   c.floating = {.white_m = 0.01, .wander_m = 0.10, .tau_s = 60.0};
   c.differential = {.white_m = 0.15, .wander_m = 0.45, .tau_s = 90.0};
   c.autonomous = {.white_m = 0.3, .wander_m = 1.2, .tau_s = 240.0};

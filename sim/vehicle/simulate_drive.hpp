@@ -1,34 +1,26 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "core/geodesy.hpp"
 #include "core/time.hpp"
-#include "sim/vehicle/gnss_config.hpp"
+#include "sim/vehicle/gnss_model.hpp"
+#include "sim/vehicle/magnetometer.hpp"
 #include "sim/vehicle/measured_drive.hpp"
+#include "sim/vehicle/odometry.hpp"
 #include "sim/vehicle/sensor_config.hpp"
 #include "sim/vehicle/trajectory.hpp"
 #include "sim/vehicle/vehicle_config.hpp"
 
 namespace kawara::sim {
 
-/// Iron that bends the compass: a magnetic dipole standing at the site.
-struct SteelObject {
-  Eigen::Vector3d position_enu_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d moment_enu_am2 = Eigen::Vector3d::Zero();  ///< a car: some 100 A m^2, downwards
-};
-
 /// What the site does to motion and sensors. Each may be left empty: level ground, open sky, no
 /// iron. Asked during SimulateDrive() only.
 struct Surroundings {
   GroundHeight ground_height_m;
-  /// Whether something stands between a point [ENU, m] and the sky at azimuth (true, clockwise from
-  /// north) and elevation [rad].
-  std::function<bool(const Eigen::Vector3d& enu_m, double azimuth_rad, double elevation_rad)>
-      blocked;
+  SkyBlocked blocked;
   std::vector<SteelObject> steel;
 };
 
@@ -79,19 +71,6 @@ struct GnssEpochTruth {
   double vdop = 0.0;
   core::Geodetic antenna;                                 ///< true
   Eigen::Vector3d error_ned_m = Eigen::Vector3d::Zero();  ///< of the fix; 0 without one
-};
-
-/// One reading of the wheel encoders.
-struct OdometrySample {
-  core::GpsTime time;   ///< true instant
-  core::GpsTime stamp;  ///< by the instrument's own clock
-  std::int64_t left_ticks = 0;
-  std::int64_t right_ticks = 0;
-  double left_mps = 0.0;  ///< measured mean speeds since the reading before
-  double right_mps = 0.0;
-  double true_left_m = 0.0;  ///< way over ground of each side's wheel since the start
-  double true_right_m = 0.0;
-  bool slipping = false;  ///< a burst or a skid is on
 };
 
 /// The inertial errors at one sample that wander; the drawn ones are in ImuErrors.
