@@ -7,6 +7,7 @@ namespace kawara::sim {
 namespace {
 
 constexpr double kTick_s = 0.79e-6;
+constexpr std::uint64_t kClockStepTicks = 20000;
 constexpr std::string_view kVersionText = "AHRS400CC-100 SIM 1.0";
 constexpr std::string_view kVersionText200 = "AHRS400CD-200 SIM 1.0";
 
@@ -30,7 +31,8 @@ std::uint16_t Ahrs400::CounterAt(core::MonoTime t) const {
   // A double of seconds since boot still resolves 4 ns after a year.
   const double rate = (1.0 + options_.counter_skew_ppm * 1e-6) / kTick_s;
   const auto ticks =
-      static_cast<std::uint64_t>(std::floor(core::ToSeconds(t - core::MonoTime{}) * rate));
+      static_cast<std::uint64_t>(std::floor(core::ToSeconds(t - core::MonoTime{}) * rate)) +
+      (clock_step_ ? kClockStepTicks : 0U);
   return static_cast<std::uint16_t>(0xFFFFU - (ticks & 0xFFFFU));
 }
 

@@ -37,6 +37,9 @@ class Ahrs400 final : public SerialInstrument {
   void Advance(core::MonoTime now) override;
   core::MonoTime NextEvent() const override;
 
+  /// Its counter jumps ahead by 20000 ticks (16 ms) while on.
+  void SetClockStep(bool on) { clock_step_ = on; }
+
   struct Counters {
     std::uint64_t samples = 0;  ///< passed
     std::uint64_t packets = 0;  ///< sent
@@ -64,7 +67,8 @@ class Ahrs400 final : public SerialInstrument {
   bool continuous_;
   std::size_t next_;
   std::optional<std::size_t> newest_;  ///< latest sample taken
-  bool polled_ = false;                ///< G waits for the first sample
+  bool clock_step_ = false;
+  bool polled_ = false;  ///< G waits for the first sample
   Counters counters_;
 };
 

@@ -12,6 +12,8 @@
 #include <ctime>
 #include <system_error>
 
+#include "sim/dark_picture.hpp"
+
 namespace kawara::sim {
 namespace {
 
@@ -155,6 +157,7 @@ void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const
   Exposure exposure{message.sequence, ++frame_sequence_, start, clock_.GpsAt(start)};
   core::Expected<Picture> picture =
       pictures_->Expose({.trigger_sequence = message.sequence, .exposure = exposure.gps});
+  if (picture && faults.dark) picture = DarkPicture(*picture);
   hooks_.exposed(exposure);
   std::optional<FrameOut> due = std::exchange(held_back_, std::nullopt);
   if (due) Deliver(*due, stop);

@@ -35,6 +35,7 @@ class CameraServer {
     bool hang = false;
     bool miss = false;
     bool late = false;
+    bool dark = false;
     bool disconnected = false;
   };
   struct Exposure {

@@ -12,27 +12,37 @@ namespace {
 constexpr double kDefaultLength_s = 5.0;
 constexpr double kLatest_s = 1e6;
 
-constexpr std::array<std::pair<FaultKind, const char*>, 13> kNames{{
+constexpr auto kNames = std::to_array<std::pair<FaultKind, const char*>>({
     {FaultKind::kGpsUnplug, "gps.unplug"},
     {FaultKind::kGpsSilent, "gps.silent"},
     {FaultKind::kGpsGarbage, "gps.garbage"},
+    {FaultKind::kGpsStuck, "gps.stuck"},
     {FaultKind::kGpsBadSum, "gps.badsum"},
     {FaultKind::kGpsNoFix, "gps.nofix"},
     {FaultKind::kGpsPower, "gps.power"},
+    {FaultKind::kGpsClockStep, "gps.clockstep"},
+    {FaultKind::kGpsNoPps, "gps.nopps"},
     {FaultKind::kAhrsUnplug, "ahrs.unplug"},
     {FaultKind::kAhrsSilent, "ahrs.silent"},
     {FaultKind::kAhrsGarbage, "ahrs.garbage"},
+    {FaultKind::kAhrsStuck, "ahrs.stuck"},
+    {FaultKind::kAhrsClockStep, "ahrs.clockstep"},
     {FaultKind::kCameraHang, "camera.hang"},
     {FaultKind::kCameraMiss, "camera.miss"},
     {FaultKind::kCameraLate, "camera.late"},
+    {FaultKind::kCameraDark, "camera.dark"},
     {FaultKind::kCameraDisconnect, "camera.disconnect"},
-}};
-
-std::string AllNames() {
-  std::string names;
-  for (const auto& [kind, name] : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
-  return names;
-}
+    {FaultKind::kLaser1Unplug, "laser1.unplug"},
+    {FaultKind::kLaser1Silent, "laser1.silent"},
+    {FaultKind::kLaser1Garbage, "laser1.garbage"},
+    {FaultKind::kLaser1Stuck, "laser1.stuck"},
+    {FaultKind::kLaser1Power, "laser1.power"},
+    {FaultKind::kLaser2Unplug, "laser2.unplug"},
+    {FaultKind::kLaser2Silent, "laser2.silent"},
+    {FaultKind::kLaser2Garbage, "laser2.garbage"},
+    {FaultKind::kLaser2Stuck, "laser2.stuck"},
+    {FaultKind::kLaser2Power, "laser2.power"},
+});
 
 tl::unexpected<core::Error> Wrong(std::string_view item, const std::string& what) {
   return core::Fail(
@@ -73,7 +83,7 @@ core::Expected<Fault> ParseOne(std::string_view item) {
   const auto* const named = std::find_if(
       kNames.begin(), kNames.end(), [&](const auto& entry) { return words[1] == entry.second; });
   if (named == kNames.end()) {
-    return Wrong(item, "'" + std::string(words[1]) + "' is none of " + AllNames());
+    return Wrong(item, "'" + std::string(words[1]) + "' is none of " + AllFaultNames());
   }
   fault.kind = named->first;
   const auto length =
@@ -85,6 +95,12 @@ core::Expected<Fault> ParseOne(std::string_view item) {
 }
 
 }  // namespace
+
+std::string AllFaultNames() {
+  std::string names;
+  for (const auto& [kind, name] : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names;
+}
 
 const char* ToString(FaultKind kind) {
   for (const auto& [known, name] : kNames) {

@@ -9,19 +9,35 @@
 namespace kawara::sim {
 
 enum class FaultKind {
-  kGpsUnplug,   ///< cable out: the device node goes away, and comes back under another number
-  kGpsSilent,   ///< open, but nothing comes
-  kGpsGarbage,  ///< the right amount of wrong bytes
-  kGpsBadSum,   ///< every sentence with a wrong checksum
-  kGpsNoFix,    ///< the receiver says that it has no solution
-  kGpsPower,    ///< power off; comes back with what was saved, or the defaults
+  kGpsUnplug,     ///< cable out: the device node goes away, and comes back under another number
+  kGpsSilent,     ///< open, but nothing comes
+  kGpsGarbage,    ///< the right amount of wrong bytes
+  kGpsBadSum,     ///< every sentence with a wrong checksum
+  kGpsNoFix,      ///< the receiver says that it has no solution
+  kGpsStuck,      ///< the line repeats its last good byte
+  kGpsPower,      ///< power off; comes back with what was saved, or the defaults
+  kGpsClockStep,  ///< time tags a second ahead, as with a wrong count of leap seconds
+  kGpsNoPps,      ///< no pulses are reported ($PASHR,PTT)
   kAhrsUnplug,
   kAhrsSilent,
   kAhrsGarbage,
+  kAhrsStuck,
+  kAhrsClockStep,     ///< its sample counter jumps by 16 ms, and back at the end
   kCameraHang,        ///< connected, but no frames and no answer
   kCameraMiss,        ///< triggers are lost
   kCameraLate,        ///< frames come one trigger period late
+  kCameraDark,        ///< frames are black
   kCameraDisconnect,  ///< the socket closes; nobody listens until the end of the fault
+  kLaser1Unplug,      ///< laser scanners as the serial instruments above
+  kLaser1Silent,
+  kLaser1Garbage,
+  kLaser1Stuck,
+  kLaser1Power,
+  kLaser2Unplug,
+  kLaser2Silent,
+  kLaser2Garbage,
+  kLaser2Stuck,
+  kLaser2Power,  ///< last; tests count up to it
 };
 const char* ToString(FaultKind kind);  ///< as in the option: "gps.unplug"
 
@@ -34,6 +50,9 @@ struct Fault {
     return since_start >= begin && since_start < begin + length;
   }
 };
+
+/// "gps.unplug, gps.silent, ...": all there are.
+std::string AllFaultNames();
 
 /// "t=30 gps.unplug 5s": seconds from the start of the run, what, for how long (default 5 s).
 /// Several in one text are separated by ';'. Errors: kInvalidArgument, saying what was found and

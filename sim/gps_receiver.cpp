@@ -192,22 +192,27 @@ void GpsReceiver::TakeCorrections(core::MonoTime now, std::span<const std::uint8
   }
 }
 
-core::RtkState GpsReceiver::StateNow(core::RtkState recorded, core::MonoTime now) const {
+core::RtkState GpsReceiver::StateNow(core::RtkState recorded, core::MonoTime now) {
   if (faults_.no_fix) return core::RtkState::kNone;
+  // Never better than what the recording's sky gave.
+  const auto at_best = [&](core::RtkState state) { return std::min(state, recorded); };
   const bool fed =
       last_corrections_.IsSet() && now - last_corrections_ <= settings_.corrections_max_age;
   if (!settings_.cpd_works)
-    return fed ? core::RtkState::kCodeDifferential : core::RtkState::kAutonomous;
+    return at_best(fed ? core::RtkState::kCodeDifferential : core::RtkState::kAutonomous);
   if (!options_.needs_corrections) return recorded;
-  if (!fed) return core::RtkState::kAutonomous;
-  if (now - last_corrections_ > core::DurationFromSeconds(options_.fix_age_s))
-    return core::RtkState::kFloat;
-  return recorded;
+  if (!fed || now - last_corrections_ > core::DurationFromSeconds(options_.fix_age_s)) {
+    // Ambiguities are lost; with new corrections they take their time again.
+    fixes_again_ = core::MonoTime{};
+    return at_best(fed ? core::RtkState::kFloat : core::RtkState::kAutonomous);
+  }
+  if (!fixes_again_.IsSet()) fixes_again_ = now + core::DurationFromSeconds(options_.refix_s);
+  return now < fixes_again_ ? at_best(core::RtkState::kFloat) : recorded;
 }
 
 GpsSolution GpsReceiver::Solve(const RecordedFix& fix, core::MonoTime now) {
   GpsSolution s;
-  s.time = fix.time;
+  s.time = TimeTag(fix.time);
   s.rtk = StateNow(fix.rtk, now);
   s.satellites = s.rtk == core::RtkState::kNone ? 0 : fix.satellites;
   s.geoid_m = recording_.site.geoid_m;
@@ -297,14 +302,14 @@ void GpsReceiver::Advance(core::MonoTime now) {
     ScheduleEpoch();
   }
   while (pps_ && pps_->send_at <= now) {
-    if (!faults_.power_off && IsOn(AshtechMessage::kPtt))
-      Send(pps_->send_at, PttSentence(pps_->time));
+    if (!faults_.power_off && !faults_.no_pps && IsOn(AshtechMessage::kPtt))
+      Send(pps_->send_at, PttSentence(TimeTag(pps_->time)));
     ScheduleReportOfPulse(pps_->time);
   }
   while (!events_.empty() && events_.front().send_at <= now) {
     const bool positioned = last_ && last_->rtk != core::RtkState::kNone;
     if (!faults_.power_off && positioned && IsOn(AshtechMessage::kTtt))
-      Send(now, TttSentence(events_.front().time));
+      Send(now, TttSentence(TimeTag(events_.front().time)));
     events_.pop_front();
   }
 }

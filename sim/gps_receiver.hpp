@@ -32,6 +32,7 @@ struct GpsReceiverOptions {
   /// port.
   bool needs_corrections = false;
   double fix_age_s = 10.0;
+  double refix_s = 0.0;  ///< float for so long once corrections come (again)
   std::uint64_t seed = 1;
 };
 
@@ -62,6 +63,8 @@ class GpsReceiver final : public SerialInstrument {
     bool no_fix = false;
     bool bad_checksum = false;
     bool power_off = false;
+    bool clock_step = false;  ///< time tags one second ahead
+    bool no_pps = false;      ///< pulses are not reported
   };
   void SetFaults(const Faults& faults);
 
@@ -90,7 +93,10 @@ class GpsReceiver final : public SerialInstrument {
   void Obey(core::MonoTime now, std::string_view line);
   void TakeCorrections(core::MonoTime now, std::span<const std::uint8_t> bytes);
   void TakePulses();
-  core::RtkState StateNow(core::RtkState recorded, core::MonoTime now) const;
+  core::GpsTime TimeTag(core::GpsTime t) const {
+    return faults_.clock_step ? t + core::Seconds(1) : t;
+  }
+  core::RtkState StateNow(core::RtkState recorded, core::MonoTime now);
   GpsSolution Solve(const RecordedFix& fix, core::MonoTime now);
   void SendEpoch(core::MonoTime now);
   std::string Sentence(AshtechMessage message, const GpsSolution& solution) const;
@@ -118,6 +124,7 @@ class GpsReceiver final : public SerialInstrument {
   drivers::Rtcm2Decoder rtcm2_;
   drivers::Rtcm3Framer rtcm3_;
   core::MonoTime last_corrections_{};
+  core::MonoTime fixes_again_{};  ///< unset: corrections are missing
 
   std::mutex pulses_mutex_;
   std::vector<core::MonoTime> pulses_;  ///< handed over by AddEvent

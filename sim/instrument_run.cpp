@@ -154,6 +154,7 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
       return CameraServer::Faults{.hang = active(FaultKind::kCameraHang, t),
                                   .miss = active(FaultKind::kCameraMiss, t),
                                   .late = active(FaultKind::kCameraLate, t),
+                                  .dark = active(FaultKind::kCameraDark, t),
                                   .disconnected = active(FaultKind::kCameraDisconnect, t)};
     };
     hooks.trigger_pulse = [&](core::MonoTime pulse) { gps.AddEvent(pulse); };
@@ -186,14 +187,19 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   while (!stop.load() && now < end && healthy) {
     gps.SetFaults({.no_fix = active(FaultKind::kGpsNoFix, now),
                    .bad_checksum = active(FaultKind::kGpsBadSum, now),
-                   .power_off = active(FaultKind::kGpsPower, now)});
+                   .power_off = active(FaultKind::kGpsPower, now),
+                   .clock_step = active(FaultKind::kGpsClockStep, now),
+                   .no_pps = active(FaultKind::kGpsNoPps, now)});
+    ahrs.SetClockStep(active(FaultKind::kAhrsClockStep, now));
     healthy = gps_line.Service(now, {.unplugged = active(FaultKind::kGpsUnplug, now),
                                      .silent = active(FaultKind::kGpsSilent, now),
-                                     .garbage = active(FaultKind::kGpsGarbage, now)});
+                                     .garbage = active(FaultKind::kGpsGarbage, now),
+                                     .stuck = active(FaultKind::kGpsStuck, now)});
     if (healthy) {
       healthy = ahrs_line.Service(now, {.unplugged = active(FaultKind::kAhrsUnplug, now),
                                         .silent = active(FaultKind::kAhrsSilent, now),
-                                        .garbage = active(FaultKind::kAhrsGarbage, now)});
+                                        .garbage = active(FaultKind::kAhrsGarbage, now),
+                                        .stuck = active(FaultKind::kAhrsStuck, now)});
     }
     epoch_truth.Advance(now);
     core::MonoTime wake = std::min(now + kLongestSleep, end);

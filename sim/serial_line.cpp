@@ -44,6 +44,11 @@ void SerialLine::GiveOutput(core::MonoTime now, const Pty::HostSide& host, const
       counters_.unheard_bytes += chunk.bytes.size();
       continue;
     }
+    if (faults.stuck) {
+      std::fill(chunk.bytes.begin(), chunk.bytes.end(), last_good_byte_);
+    } else {
+      last_good_byte_ = chunk.bytes.back();
+    }
     if (faults.garbage) {
       for (std::uint8_t& byte : chunk.bytes) byte = static_cast<std::uint8_t>(dice_.Next() >> 56);
     }

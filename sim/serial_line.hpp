@@ -28,7 +28,7 @@ class SerialInstrument {
 /// The cable between an instrument and a pseudo-terminal, with everything that goes wrong on
 /// cables: the host's wrong baud (garbage as a real UART would receive, nothing understood the
 /// other way), nobody listening (bytes are lost), a reader that is too slow (overrun, counted),
-/// silence, garbage, unplugging. One thread.
+/// silence, garbage, stuck bytes, unplugging. One thread.
 class SerialLine {
  public:
   SerialLine(Pty pty, SerialInstrument& instrument, std::uint64_t seed)
@@ -38,6 +38,7 @@ class SerialLine {
     bool unplugged = false;
     bool silent = false;
     bool garbage = false;
+    bool stuck = false;  ///< repeats the last good byte
   };
   /// Host's bytes in, instrument advanced to `now`, its due bytes out. Error: replugging failed.
   core::Expected<void> Service(core::MonoTime now, const Faults& faults);
@@ -64,6 +65,7 @@ class SerialLine {
   SerialInstrument& instrument_;
   Dice dice_;
   core::MonoTime last_output_{};
+  std::uint8_t last_good_byte_ = 0;
   Counters counters_;
 };
 

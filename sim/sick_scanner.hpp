@@ -42,8 +42,8 @@ struct SickScannerOptions {
 /// sick_telegram.hpp): modes 0x24 stream, 0x25 on request, 0x27 part of a scan, baud 0x40 0x41 0x42
 /// (0x48 on a fast line), 0x00 installation with its password; 0x30 one scan, 0x31 status, 0x3A
 /// type, 0x10 reset. Answers ACK, then the reply; NAK to a bad CRC; 0x92 to what it does not know.
-/// A baud change is acknowledged at the old rate. Contents of the status reply beyond version and
-/// mode are zeros: no public source tells the PLS's. One thread.
+/// A baud change is answered at the old rate. Its status reply tells version and mode only: no
+/// public source tells the rest. Sources: as in drivers/sick_telegram.hpp. One thread.
 class SickScanner final : public SerialInstrument {
  public:
   /// `clock` must outlive it. Scans begin at `begin` and end at `end`.
@@ -55,7 +55,7 @@ class SickScanner final : public SerialInstrument {
   void Advance(core::MonoTime now) override;
   core::MonoTime NextEvent() const override;
 
-  /// Power off: silence, and all settings forgotten.
+  /// Power off: silence, and all settings forgotten; on again: as after its reset.
   void SetPower(core::MonoTime now, bool on);
 
   struct Counters {
@@ -67,19 +67,29 @@ class SickScanner final : public SerialInstrument {
   const Counters& counters() const { return counters_; }
 
  private:
-  enum class Mode : std::uint8_t { kRequest, kStream, kStreamPart, kInstallation };
+  enum class Mode : std::uint8_t {
+    kRequest = 0x25,
+    kStream = 0x24,
+    kStreamPart = 0x27,
+    kInstall = 0
+  };
   struct Reply {
     core::MonoTime at;
     std::vector<std::uint8_t> payload;
-    int new_baud_bps = 0;  ///< after it has been sent; 0: stays
+    int new_baud_bps = 0;  ///< once it has been sent; 0: stays
+    bool reboot = false;
   };
   void Boot(core::MonoTime now);
-  void TakeTelegram(core::MonoTime now, std::span<const std::uint8_t> telegram);
-  void SetMode(core::MonoTime now, std::span<const std::uint8_t> payload);
-  void Answer(core::MonoTime at, std::vector<std::uint8_t> payload, int new_baud_bps = 0);
+  void TakeByte(core::MonoTime now, std::uint8_t byte);
+  void Obey(core::MonoTime now, std::span<const std::uint8_t> payload);
+  void ObeyMode(core::MonoTime now, std::span<const std::uint8_t> payload);
+  bool ObeyPart(std::span<const std::uint8_t> payload);
+  void Refuse(core::MonoTime now);
   void SendByte(core::MonoTime now, std::uint8_t byte);
-  void SendTelegram(core::MonoTime at, std::span<const std::uint8_t> payload);
+  void SendTelegram(core::MonoTime at, std::vector<std::uint8_t> payload);
+  void SendReply();
   void SendScan(core::MonoTime at, core::GpsTime ahead);
+  bool Streaming() const { return mode_ == Mode::kStream || mode_ == Mode::kStreamPart; }
   core::GpsTime AheadOfTurn(std::int64_t turn) const;
   core::MonoTime OutputOfTurn(std::int64_t turn) const;
 
@@ -91,9 +101,8 @@ class SickScanner final : public SerialInstrument {
   Dice dice_;
   Mode mode_ = Mode::kRequest;
   bool powered_ = true;
-  core::MonoTime awake_at_{};
-  bool greeted_ = false;
-  std::uint16_t first_ = 1, last_ = 361;  ///< of a part, counted from 1
+  core::MonoTime wakes_at_{};                  ///< set while it boots
+  std::size_t first_ = 1, last_ = kPlsPoints;  ///< of a part, counted from 1
   bool one_scan_wanted_ = false;
   std::int64_t next_turn_ = 0;
   std::optional<Reply> reply_;

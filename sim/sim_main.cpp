@@ -44,12 +44,10 @@ void AddDriveOptions(CLI::App& drive, kawara::sim::DriveOptions& o,
   drive.add_flag("--now", o.now,
                  "move the recording by whole seconds, so that its start is the present");
   drive
-      .add_option("--fault", faults,
-                  "\"t=30 gps.unplug 5s\": at 30 s of the run, for 5 s (default 5). Also "
-                  "gps.silent gps.garbage gps.badsum "
-                  "gps.nofix gps.power ahrs.unplug ahrs.silent ahrs.garbage camera.hang "
-                  "camera.miss camera.late "
-                  "camera.disconnect. Repeatable")
+      .add_option(
+          "--fault", faults,
+          "\"t=30 gps.unplug 5s\": at 30 s of the run, for 5 s (default 5). All there are: " +
+              kawara::sim::AllFaultNames() + ". Repeatable")
       ->allow_extra_args(false);
   drive
       .add_option("--lead", o.instruments.lead_s,

@@ -7,14 +7,14 @@ namespace {
 
 constexpr int kBitsPerByte = 10;  // start, eight data, stop
 
-core::Duration ByteTime(int baud_bps) {
-  return core::Nanoseconds(std::int64_t{kBitsPerByte} * 1000000000 / baud_bps);
+core::Duration ByteTime(int bits_per_byte, int baud_bps) {
+  return core::Nanoseconds(std::int64_t{bits_per_byte} * 1000000000 / baud_bps);
 }
 
 }  // namespace
 
-UartTransmitter::UartTransmitter(int baud_bps, std::size_t buffer_bytes)
-    : baud_bps_(baud_bps), buffer_bytes_(buffer_bytes) {}
+UartTransmitter::UartTransmitter(int baud_bps, std::size_t buffer_bytes, int bits_per_byte)
+    : baud_bps_(baud_bps), buffer_bytes_(buffer_bytes), bits_per_byte_(bits_per_byte) {}
 
 bool UartTransmitter::Send(core::MonoTime at, std::span<const std::uint8_t> message) {
   if (queue_.size() + message.size() > buffer_bytes_) {
@@ -23,7 +23,7 @@ bool UartTransmitter::Send(core::MonoTime at, std::span<const std::uint8_t> mess
   }
   line_free_ = std::max(line_free_, at);
   for (const std::uint8_t value : message) {
-    line_free_ += ByteTime(baud_bps_);
+    line_free_ += ByteTime(bits_per_byte_, baud_bps_);
     queue_.push_back({line_free_, baud_bps_, value});
   }
   return true;

@@ -10,12 +10,13 @@
 namespace kawara::sim {
 
 /// The sending half of an instrument's serial port: bytes leave one after the other, each takes ten
-/// bit times (8N1), on an absolute schedule that neither drifts nor bunches. A pseudo-terminal has
-/// no pace of its own: 480 bytes "at 4800 baud" arrive there within microseconds. One thread.
+/// bit times (8N1; eleven with parity), on an absolute schedule that neither drifts nor bunches. A
+/// pseudo-terminal has no pace of its own: 480 bytes "at 4800 baud" arrive there within
+/// microseconds. One thread.
 class UartTransmitter {
  public:
   /// `buffer_bytes`: what the instrument can hold back before it drops whole messages.
-  explicit UartTransmitter(int baud_bps, std::size_t buffer_bytes = 4096);
+  explicit UartTransmitter(int baud_bps, std::size_t buffer_bytes = 4096, int bits_per_byte = 10);
 
   /// For bytes sent from now on; what is already queued leaves at the old rate.
   void SetBaud(int baud_bps) { baud_bps_ = baud_bps; }
@@ -49,6 +50,7 @@ class UartTransmitter {
   };
   int baud_bps_;
   std::size_t buffer_bytes_;
+  int bits_per_byte_;
   core::MonoTime line_free_{};
   std::deque<Byte> queue_;
   std::uint64_t dropped_messages_ = 0;
