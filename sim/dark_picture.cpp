@@ -14,12 +14,12 @@ constexpr unsigned kBrightest = 4;  ///< of 255: read-out noise
 }  // namespace
 
 core::Expected<Picture> DarkPicture(const Picture& instead_of) {
-  cv::Mat image(static_cast<int>(instead_of.height), static_cast<int>(instead_of.width), CV_8UC1);
+  cv::Mat image(static_cast<int>(instead_of.height), static_cast<int>(instead_of.width), CV_8UC3);
   Dice dice(instead_of.jpeg.size());
   for (int v = 0; v < image.rows; ++v) {
     auto* row = image.ptr<std::uint8_t>(v);
-    for (int u = 0; u < image.cols; ++u)
-      row[u] = static_cast<std::uint8_t>(dice.Next() % kBrightest);
+    for (int i = 0; i < 3 * image.cols; ++i)
+      row[i] = static_cast<std::uint8_t>(dice.Next() % kBrightest);
   }
   Picture picture;
   picture.width = instead_of.width;

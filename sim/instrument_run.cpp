@@ -74,6 +74,23 @@ class EpochTruth {
   std::size_t next_ = 0;
 };
 
+/// A laser scanner, its cable, and which faults are its own.
+struct Scanner {
+  Scanner(const ScannerSetup& setup, Pty pty, const MeasuredMotion& motion, const SimClock& clock)
+      : instrument(setup.cast, clock, motion.begin, motion.end, setup.options),
+        line(std::move(pty), instrument, setup.options.seed + 1) {}
+  SickScanner instrument;
+  SerialLine line;
+};
+struct ScannerFaults {
+  FaultKind unplug, silent, garbage, stuck, power;
+};
+constexpr std::array<ScannerFaults, 2> kScannerFaults{
+    {{FaultKind::kLaser1Unplug, FaultKind::kLaser1Silent, FaultKind::kLaser1Garbage,
+      FaultKind::kLaser1Stuck, FaultKind::kLaser1Power},
+     {FaultKind::kLaser2Unplug, FaultKind::kLaser2Silent, FaultKind::kLaser2Garbage,
+      FaultKind::kLaser2Stuck, FaultKind::kLaser2Power}}};
+
 void AskForRealTime() {
   sched_param priority{};
   priority.sched_priority = kFifoPriority;
@@ -107,7 +124,14 @@ std::string InstrumentSummary::ToText() const {
       static_cast<unsigned long long>(camera.frames),
       static_cast<unsigned long long>(camera.missed), static_cast<unsigned long long>(camera.lost),
       core::ToSeconds(camera.longest_delivery) * 1e3, core::ToSeconds(latest_wakeup) * 1e3);
-  return text.data();
+  std::string all = text.data();
+  for (std::size_t i = 0; i < scanners.size(); ++i) {
+    all += "; laser" + std::to_string(i + 1) + " " + std::to_string(scanners[i].turns) +
+           " turns, " + std::to_string(scanners[i].scans) + " scans, " +
+           std::to_string(scanners[i].telegrams_in) + " telegrams in (" +
+           std::to_string(scanners[i].refused) + " refused)";
+  }
+  return all;
 }
 
 core::Expected<void> PrepareRunDir(const std::filesystem::path& run_dir) {
@@ -130,6 +154,13 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   core::Expected<Pty> ahrs_pty = Pty::Create(options.run_dir / "ahrs");
   if (!ahrs_pty) return tl::unexpected(ahrs_pty.error());
 
+  std::vector<Pty> scanner_ptys;
+  for (const ScannerSetup& setup : motion.scanners) {
+    core::Expected<Pty> pty = Pty::Create(options.run_dir / setup.port);
+    if (!pty) return tl::unexpected(pty.error());
+    scanner_ptys.push_back(std::move(*pty));
+  }
+
   // 2. Time starts a moment from now.
   const core::MonoTime begin = core::MonoNow() + core::DurationFromSeconds(options.lead_s);
   const SimClock clock(motion.begin, begin,
@@ -143,6 +174,11 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   Ahrs400 ahrs(motion.trace, clock, motion.begin, motion.end, options.ahrs);
   SerialLine gps_line(std::move(*gps_pty), gps, options.gps.seed + 2);
   SerialLine ahrs_line(std::move(*ahrs_pty), ahrs, options.gps.seed + 3);
+  std::vector<std::unique_ptr<Scanner>> scanners;
+  for (std::size_t i = 0; i < motion.scanners.size(); ++i) {
+    scanners.push_back(
+        std::make_unique<Scanner>(motion.scanners[i], std::move(scanner_ptys[i]), motion, clock));
+  }
   EpochTruth epoch_truth(motion, clock, *truth);
 
   std::unique_ptr<CameraServer> camera;
@@ -169,11 +205,14 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
     camera_thread = std::thread([&] { camera->Run(camera_stop); });
   }
   if (options.realtime) AskForRealTime();
+  std::string scanner_devices;
+  for (std::size_t i = 0; i < scanners.size(); ++i)
+    scanner_devices += "\n" + motion.scanners[i].port + " " + scanners[i]->line.pty().device();
   const ReadyFile ready(options.run_dir / "ready",
                         "pid " + std::to_string(getpid()) + "\ngps " + gps_line.pty().device() +
-                            "\nahrs " + ahrs_line.pty().device() + "\nbegin_gps_ns " +
-                            std::to_string(motion.begin.ns()) + "\nbegin_mono_ns " +
-                            std::to_string(begin.ns()) + "\nend_gps_ns " +
+                            "\nahrs " + ahrs_line.pty().device() + scanner_devices +
+                            "\nbegin_gps_ns " + std::to_string(motion.begin.ns()) +
+                            "\nbegin_mono_ns " + std::to_string(begin.ns()) + "\nend_gps_ns " +
                             std::to_string(motion.end.ns()) + "\n");
   std::printf("kawara-sim: ready in %s (%.1f s of the drive)\n", options.run_dir.c_str(),
               core::ToSeconds(motion.end - motion.begin));
@@ -201,11 +240,28 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
                                         .garbage = active(FaultKind::kAhrsGarbage, now),
                                         .stuck = active(FaultKind::kAhrsStuck, now)});
     }
+    SerialLine::Faults scanner_faults;
+    for (std::size_t i = 0; i < scanners.size() && healthy; ++i) {
+      if (i < kScannerFaults.size()) {
+        const ScannerFaults& own = kScannerFaults[i];
+        scanner_faults = {.unplugged = active(own.unplug, now),
+                          .silent = active(own.silent, now),
+                          .garbage = active(own.garbage, now),
+                          .stuck = active(own.stuck, now)};
+        scanners[i]->instrument.SetPower(now, !active(own.power, now));
+      } else {
+        scanner_faults = {};
+      }
+      healthy = scanners[i]->line.Service(now, scanner_faults);
+    }
     epoch_truth.Advance(now);
     core::MonoTime wake = std::min(now + kLongestSleep, end);
-    for (const core::MonoTime due : {gps_line.NextService(), ahrs_line.NextService()}) {
+    const auto consider = [&wake](core::MonoTime due) {
       if (due.IsSet()) wake = std::min(wake, due);
-    }
+    };
+    consider(gps_line.NextService());
+    consider(ahrs_line.NextService());
+    for (const auto& scanner : scanners) consider(scanner->line.NextService());
     SleepUntil(wake);
     now = core::MonoNow();
     summary.latest_wakeup = std::max(summary.latest_wakeup, now - wake);
@@ -224,6 +280,7 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   summary.ahrs_line = ahrs_line.counters();
   summary.ahrs_saturated = ahrs.saturated();
   if (camera) summary.camera = camera->counters();
+  for (const auto& scanner : scanners) summary.scanners.push_back(scanner->instrument.counters());
   return summary;
 }
 

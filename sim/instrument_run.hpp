@@ -15,12 +15,13 @@
 #include "sim/gps_receiver.hpp"
 #include "sim/picture_source.hpp"
 #include "sim/recording.hpp"
+#include "sim/sick_scanner.hpp"
 
 namespace kawara::sim {
 
 /// How instruments are played, whatever drive they measure.
 struct InstrumentOptions {
-  std::filesystem::path run_dir;  ///< gets gps, ahrs, camera.sock, truth_*.csv, ready
+  std::filesystem::path run_dir;  ///< gets gps, ahrs, laser1.., camera.sock, truth_*.csv, ready
   double speed = 1.0;
   double machine_skew_ppm = 0.0;  ///< GPS time runs this much faster than this machine's clock
   bool realtime = true;           ///< ask for SCHED_FIFO; going without is no error
@@ -31,6 +32,13 @@ struct InstrumentOptions {
   std::vector<Fault> faults;
 };
 
+/// One laser scanner beside the other instruments.
+struct ScannerSetup {
+  std::string port;  ///< name of its link in the run-dir: "laser1", "laser2"
+  RangeCaster cast;
+  SickScannerOptions options;
+};
+
 /// What the instruments measure, and the truth of it. Everything referred to must outlive the run.
 struct MeasuredMotion {
   const Recording& recording;
@@ -38,6 +46,7 @@ struct MeasuredMotion {
   core::GpsTime begin, end;  ///< the part that is played
   std::function<core::Geodetic(core::GpsTime)> antenna_at;
   std::function<double(core::GpsTime)> yaw_at;  ///< true heading [rad]
+  std::vector<ScannerSetup> scanners = {};      ///< faults laser1 and laser2 hit the first two
 };
 
 struct InstrumentSummary {
@@ -50,6 +59,7 @@ struct InstrumentSummary {
   SerialLine::Counters ahrs_line;
   std::uint64_t ahrs_saturated = 0;
   CameraServer::Counters camera;
+  std::vector<SickScanner::Counters> scanners;
   core::Duration latest_wakeup{};  ///< worst lateness of the pacing thread
   std::string ToText() const;      ///< one line
 };

@@ -17,7 +17,7 @@ Eigen::Matrix3d DrawMatrix(double on_diagonal, double off_diagonal, Dice& dice) 
   Eigen::Matrix3d m;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
-      m(row, column) = (row == column ? on_diagonal : off_diagonal) * dice.Normal();
+      m(row, column) = (row == column ? on_diagonal : off_diagonal) * DrawnNormal(dice);
   }
   return m;
 }
@@ -27,14 +27,14 @@ Eigen::Matrix3d DrawMatrix(double on_diagonal, double off_diagonal, Dice& dice) 
 ImuErrors::ImuErrors(const ImuConfig& c, std::uint64_t seed)
     : dice_(seed),
       gyro_{Eigen::Matrix3d::Identity() + DrawMatrix(c.gyro_scale, c.gyro_misalignment, dice_),
-            c.gyro_bias_degps * core::kRadFromDeg * NormalVector(dice_),
+            c.gyro_bias_degps * core::kRadFromDeg * DrawnVector(dice_),
             c.gyro_instability_degph * kRadpsFromDegph,
             GaussMarkov(c.gyro_instability_tau_s, dice_),
             c.gyro_walk_degph_per_sqrt_h * kRadpsFromDegph * kPerSqrtS,
             c.angle_walk_deg_per_sqrt_h * core::kRadFromDeg * kPerSqrtS,
             c.gyro_range_degps * core::kRadFromDeg},
       accel_{Eigen::Matrix3d::Identity() + DrawMatrix(c.accel_scale, c.accel_misalignment, dice_),
-             c.accel_bias_mg * kMilliG_mps2 * NormalVector(dice_),
+             c.accel_bias_mg * kMilliG_mps2 * DrawnVector(dice_),
              c.accel_instability_mg * kMilliG_mps2,
              GaussMarkov(c.accel_instability_tau_s, dice_),
              c.accel_walk_mg_per_sqrt_h * kMilliG_mps2 * kPerSqrtS,

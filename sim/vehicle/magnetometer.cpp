@@ -36,11 +36,11 @@ Magnetometer::Magnetometer(const MagnetometerConfig& config, const std::vector<S
   const double level = config.field_gauss * std::cos(dip);
   earth_enu_gauss_ = {level * std::sin(declination), level * std::cos(declination),
                       -config.field_gauss * std::sin(dip)};
-  hard_iron_gauss_ = config.hard_iron_gauss * NormalVector(dice_);
+  hard_iron_gauss_ = config.hard_iron_gauss * DrawnVector(dice_);
   soft_iron_.setIdentity();
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
-      soft_iron_(row, column) += config.soft_iron * dice_.Normal();
+      soft_iron_(row, column) += config.soft_iron * DrawnNormal(dice_);
   }
 }
 

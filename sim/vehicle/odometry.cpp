@@ -49,7 +49,7 @@ std::vector<OdometrySample> MeasureOdometry(const Trajectory& trajectory,
                                             const OdometryConfig& config, std::uint64_t seed) {
   Dice dice(SeedOf(seed, "wheels"));
   std::array<double, 2> gain{};
-  for (double& side : gain) side = 1.0 + config.scale * dice.Normal();
+  for (double& side : gain) side = 1.0 + config.scale * DrawnNormal(dice);
   GaussMarkov unevenness(kSlipTau_s, dice);
   Mishap burst(config.slip_bursts_per_min, config.event_s, SeedOf(seed, "burst"));
   Mishap skid(config.skids_per_min, config.event_s, SeedOf(seed, "skid"));

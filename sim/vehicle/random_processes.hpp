@@ -23,6 +23,19 @@ inline Eigen::Vector3d NormalVector(Dice& dice) {
   return v;
 }
 
+/// A unit's lasting error: normal, but drawn anew beyond two deviations, as makers sort out what is
+/// off limits. Its own deviation is 0.88.
+inline double DrawnNormal(Dice& dice) {
+  double value = dice.Normal();
+  while (std::abs(value) > 2.0) value = dice.Normal();
+  return value;
+}
+inline Eigen::Vector3d DrawnVector(Dice& dice) {
+  Eigen::Vector3d v;
+  for (double& axis : v) axis = DrawnNormal(dice);
+  return v;
+}
+
 /// Three independent first-order Gauss-Markov processes of standard deviation 1, stationary from
 /// the start: autocorrelation exp(-dt / tau). One thread.
 class GaussMarkov {

@@ -7,8 +7,8 @@
 #include "core/config/constraints.hpp"
 
 /// Schema of what the simulated sensors do wrong: each section begins with a named profile, whose
-/// figures single keys may then replace. Standard deviations that say "drawn" are drawn once from
-/// the seed.
+/// figures single keys may then replace. Figures that say "drawn" are deviations of which one value
+/// is drawn from the seed for the whole drive, at most twice as large.
 namespace kawara::sim {
 
 namespace config = core::config;
@@ -30,8 +30,8 @@ struct InstrumentClockConfig {
 
 /// Gyros and accelerometers. Profiles: "ideal"; "ahrs400cc-100" and "ahrs400cc-200" (the maker's
 /// limits as far as published: angle and velocity random walk, scale 1 %, start-up bias after the
-/// unit's own trimming, 8.5 and 12 mg); "typical-mems" (a good unit of that class: random walk 0.8
-/// deg/sqrt(h)).
+/// unit's own trimming, 8.5 and 12 mg as the most); "typical-mems" (a good unit of that class:
+/// random walk 0.8 deg/sqrt(h)).
 struct ImuConfig {
   std::string profile = "ideal";
   double rate_hz = 100.0;

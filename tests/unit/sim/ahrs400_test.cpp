@@ -135,6 +135,25 @@ TEST(Ahrs400Sim, CounterRunsDownOnItsOwnCrystal) {
   EXPECT_NEAR(static_cast<double>(ticks) * 0.79e-6 / seconds, 1.0 + 200e-6, 1e-6);
 }
 
+TEST(Ahrs400Sim, ClockStepIsAJumpOfTheCounterThereAndBack) {
+  Bench bench({});
+  bench.Pass(0.5);
+  bench.unit.SetClockStep(true);
+  bench.Pass(0.5);
+  bench.unit.SetClockStep(false);
+  bench.Pass(0.5);
+  int ahead = 0;
+  int back = 0;
+  for (std::size_t i = 1; i < bench.samples.size(); ++i) {
+    const auto step =
+        static_cast<std::uint16_t>(bench.samples[i - 1].counter - bench.samples[i].counter);
+    if (step > 28000 && step < 36000) ++ahead;  // 10 ms and 16 ms
+    if (step > 57000 || step < 1000) ++back;    // 10 ms less 16 ms, modulo 2^16
+  }
+  EXPECT_EQ(ahead, 1);
+  EXPECT_EQ(back, 1);
+}
+
 TEST(Ahrs400Sim, ObeysPingModesPollAndContinuous) {
   Bench bench(Quiet());
   bench.Pass(0.5);
@@ -195,6 +214,14 @@ TEST(Ahrs400Sim, SlowLineLeavesSamplesOutInsteadOfFallingBehind) {
   EXPECT_EQ(bench.unit.counters().packets + bench.unit.counters().skipped,
             bench.unit.counters().samples);
   EXPECT_EQ(bench.unit.transmitter().dropped_messages(), 0U);
+}
+
+TEST(AhrsTrace, ARecordingsOwnMagneticFieldIsUsedAsItIs) {
+  Recording drive = TheTrace().drive;
+  drive.imu.resize(50);
+  for (RecordedImu& sample : drive.imu) sample.magnetic_gauss = Eigen::Vector3d(0.1, -0.2, 0.4);
+  for (const AhrsState& state : MakeAhrsTrace(drive, TheTrace().track, 7))
+    ASSERT_EQ(state.magnetic_gauss, Eigen::Vector3d(0.1, -0.2, 0.4));
 }
 
 TEST(CoarseAttitudeFilter, HeadingFollowsTheTrackThroughTheDeclination) {

@@ -37,7 +37,11 @@ class CameraPair : public ::testing::Test {
     clock_.emplace(recording_.begin() + core::Seconds(100), core::MonoNow(), 1.0);
     CameraServer::Hooks hooks;
     hooks.faults = [this](core::MonoTime /*t*/) {
-      return CameraServer::Faults{hang_, miss_, late_, disconnected_};
+      return CameraServer::Faults{.hang = hang_,
+                                  .miss = miss_,
+                                  .late = late_,
+                                  .dark = dark_,
+                                  .disconnected = disconnected_};
     };
     hooks.trigger_pulse = [this](core::MonoTime /*t*/) { ++pulses_; };
     hooks.exposed = [this](const CameraServer::Exposure& e) {
@@ -73,7 +77,8 @@ class CameraPair : public ::testing::Test {
   std::filesystem::path folder_;
   Recording recording_;
   std::optional<SimClock> clock_;
-  std::atomic<bool> hang_{false}, miss_{false}, late_{false}, disconnected_{false}, stop_{false};
+  std::atomic<bool> hang_{false}, miss_{false}, late_{false}, dark_{false};
+  std::atomic<bool> disconnected_{false}, stop_{false};
   std::atomic<int> pulses_{0};
   std::mutex mutex_;
   std::vector<CameraServer::Exposure> exposures_;
@@ -146,6 +151,22 @@ TEST_F(CameraPair, HangGivesNothingAndStaleTriggersMakeNoPicturesAfterwards) {
   const auto frame = Shoot(2);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->trigger_sequence, 2U);
+}
+
+TEST_F(CameraPair, DarkFramesAreFramesInTimeButNotThePicture) {
+  Connect();
+  dark_ = true;
+  LetTheServerLook();
+  const auto dark = Shoot(1);
+  ASSERT_TRUE(dark);
+  EXPECT_EQ(dark->trigger_sequence, 1U);
+  EXPECT_EQ(dark->width, 64U);
+  EXPECT_NE(dark->bytes, std::vector<std::uint8_t>(200'000, 1));
+  dark_ = false;
+  LetTheServerLook();
+  const auto light = Shoot(2);
+  ASSERT_TRUE(light);
+  EXPECT_EQ(light->bytes, std::vector<std::uint8_t>(200'000, 2));
 }
 
 TEST_F(CameraPair, DisconnectIsToldAndMendsItself) {

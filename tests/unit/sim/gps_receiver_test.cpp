@@ -313,6 +313,70 @@ TEST(GpsReceiver, WithoutCorrectionsTheFixDecaysToFloatThenAutonomous) {
   EXPECT_EQ(bench.fixes.back().rtk, core::RtkState::kAutonomous);
 }
 
+TEST(GpsReceiver, AfterLostCorrectionsItTakesItsTimeToFixAgain) {
+  GpsReceiverOptions options = Streaming();
+  options.needs_corrections = true;
+  options.refix_s = 5.0;
+  Bench bench(options, 200);
+  const auto feed = [&](double seconds) {
+    std::vector<std::uint8_t> frame{0xD3, 0x00, 0x02, 1004 >> 4, (1004 & 15) << 4};
+    const std::uint32_t crc = drivers::Crc24q(frame);
+    for (const int shift : {16, 8, 0}) frame.push_back(static_cast<std::uint8_t>(crc >> shift));
+    for (double passed = 0.0; passed < seconds; passed += 1.0) {
+      bench.receiver.Receive(bench.now, frame);
+      bench.Pass(1.0);
+    }
+  };
+  bench.Pass(1.0);
+  feed(4.0);
+  EXPECT_EQ(bench.fixes.back().rtk, core::RtkState::kFloat);
+  feed(3.0);
+  EXPECT_EQ(bench.fixes.back().rtk, core::RtkState::kFixed);
+}
+
+TEST(GpsReceiver, NeverBetterThanTheSkyOfItsRecording) {
+  Recording lost = Drive();
+  for (RecordedFix& fix : lost.fixes) fix.rtk = core::RtkState::kNone;
+  const core::GpsTime begin = lost.begin() + core::Seconds(60);
+  const SimClock clock(begin, kMono, 1.0);
+  for (const bool needs_corrections : {false, true}) {
+    GpsReceiverOptions options = Streaming();
+    options.needs_corrections = needs_corrections;
+    GpsReceiver receiver(lost, clock, begin, begin + core::Seconds(10), options);
+    std::string text;
+    for (int ms = 0; ms < 3000; ++ms) {
+      receiver.Advance(kMono + core::Milliseconds(ms));
+      const auto chunk = receiver.transmitter().TakeSent(kMono + core::Milliseconds(ms));
+      text.append(chunk.bytes.begin(), chunk.bytes.end());
+    }
+    EXPECT_NE(text.find("$GPGGA"), std::string::npos);
+    EXPECT_EQ(text.find("$PASHR,CBN"), std::string::npos);
+  }
+}
+
+TEST(GpsReceiver, ClockStepMovesEveryTimeTagByASecondAndNothingElse) {
+  Bench good(Streaming());
+  Bench stepped(Streaming());
+  stepped.receiver.SetFaults({.clock_step = true});
+  good.Pass(5.0);
+  stepped.Pass(5.0);
+  ASSERT_EQ(good.fixes.size(), stepped.fixes.size());
+  ASSERT_GT(good.fixes.size(), 10U);
+  EXPECT_EQ(stepped.fixes[9].time - good.fixes[9].time, core::Seconds(1));
+  EXPECT_EQ(stepped.fixes[9].arrival, good.fixes[9].arrival);
+  EXPECT_EQ(stepped.fixes[9].antenna.lat_rad, good.fixes[9].antenna.lat_rad);
+  ASSERT_EQ(good.tags.size(), stepped.tags.size());
+  EXPECT_EQ(stepped.tags[1].time_of_week - good.tags[1].time_of_week, core::Seconds(1));
+}
+
+TEST(GpsReceiver, LostPulsesAreNotReportedFixesGoOn) {
+  Bench bench(Streaming());
+  bench.receiver.SetFaults({.no_pps = true});
+  bench.Pass(5.0);
+  EXPECT_TRUE(bench.tags.empty());
+  EXPECT_GT(bench.fixes.size(), 10U);
+}
+
 TEST(GpsReceiver, SameSeedSameBytes) {
   Bench a(Streaming());
   Bench b(Streaming());

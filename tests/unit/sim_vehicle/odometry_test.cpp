@@ -48,12 +48,12 @@ TEST(Odometry, ScaleIsDrawnForEachSideAndHoldsAllTheWay) {
     const OdometrySample& last = samples.back();
     const double scale =
         static_cast<double>(last.left_ticks) / config.ticks_per_m / last.true_left_m - 1.0;
-    EXPECT_LT(std::abs(scale), 0.05);
+    EXPECT_LT(std::abs(scale), 0.0205);
     EXPECT_NEAR(static_cast<double>(half.left_ticks) / config.ticks_per_m / half.true_left_m - 1.0,
                 scale, 1e-3);
     square += scale * scale / 24.0;
   }
-  EXPECT_NEAR(std::sqrt(square), 0.01, 0.0035);
+  EXPECT_NEAR(std::sqrt(square), 0.0088, 0.003);
 }
 
 TEST(Odometry, SlipTurnsWheelsFurtherSkidsLess) {
