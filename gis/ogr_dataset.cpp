@@ -48,6 +48,8 @@ OGRwkbGeometryType OgrType(GeometryKind kind) {
       return wkbPoint25D;
     case GeometryKind::kLineStringZm:
       return wkbLineStringZM;
+    case GeometryKind::kMultiPolygonZ:
+      return wkbMultiPolygon25D;
     case GeometryKind::kNone:
       break;
   }

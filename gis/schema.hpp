@@ -19,7 +19,7 @@ struct Field {
   bool required;  ///< NOT NULL
 };
 
-enum class GeometryKind { kNone, kPointZ, kLineStringZm };
+enum class GeometryKind { kNone, kPointZ, kLineStringZm, kMultiPolygonZ };
 
 struct LayerSchema {
   const char* name;

@@ -227,7 +227,7 @@ void BuildPlinth(SolidBuilder& s, std::uint32_t material, const Frame& wall, dou
 }
 
 void BuildFittings(Workshop& shop, const WallColours& colours, const Frame& wall, double length_m,
-                   double height_m, const std::vector<Opening>& openings) {
+                   double height_m, std::vector<Opening> taken) {
   SolidBuilder& s = shop.solid;
   const auto pipe = [&](double x) {
     s.Tube(colours.pipe, wall * Vector3d(x, -0.08, -0.2),
@@ -237,8 +237,10 @@ void BuildFittings(Workshop& shop, const WallColours& colours, const Frame& wall
   };
   const auto free = [&](double x, double half, double z0, double z1) {
     const Opening probe{x - half, x + half, z0, z1, OpeningKind::kWindow, 0, 0};
-    return std::none_of(openings.begin(), openings.end(),
-                        [&](const Opening& o) { return Overlap(probe, o, 0.08); });
+    const bool clear = std::none_of(taken.begin(), taken.end(),
+                                    [&](const Opening& o) { return Overlap(probe, o, 0.08); });
+    if (clear) taken.push_back(probe);
+    return clear;
   };
   pipe(0.22);
   if (length_m > 14.0 && free(length_m / 2, 0.1, 0, height_m)) pipe(length_m / 2);
@@ -252,7 +254,7 @@ void BuildFittings(Workshop& shop, const WallColours& colours, const Frame& wall
     } else if (kind < 0.75 && free(x, 0.2, height_m - 1.0, height_m - 0.5)) {  // vent
       s.BoxBetween(colours.sill, wall, {x - 0.18, -0.12, height_m - 0.95},
                    {x + 0.18, 0.0, height_m - 0.6});
-    } else if (free(x, 0.22, 1.0, 1.6)) {  // meter
+    } else if (free(x, 0.22, 1.0, height_m)) {  // meter
       s.BoxBetween(colours.pipe, wall, {x - 0.15, -0.12, 1.1}, {x + 0.15, 0.0, 1.5});
       s.BoxBetween(colours.pipe, wall, {x - 0.015, -0.05, 1.5},
                    {x + 0.015, -0.01, height_m - 0.05});

@@ -58,6 +58,7 @@ void Blocks(Workshop& shop, const Leg& leg, double height, const std::optional<R
     m.second_rgb[i] = m.base_rgb[i] * 0.62F;
   }
   m.scale_m = 0.19F;
+  m.contrast = 0.45F;
   m.seed = static_cast<std::uint32_t>(shop.dice.Next());
   const std::uint32_t block = shop.materials.Add(m);
   const std::uint32_t cap = shop.materials.Add(Pattern::kConcrete, shop.dice.Next());

@@ -27,6 +27,7 @@ BuildingConfig MakeHouse(const HouseRuleConfig& rule, const EastNorth& at_m, dou
   house.wall.pattern = kPatterns[static_cast<std::size_t>(Pick(dice, 5))];
   if (house.wall.pattern != Pattern::kBrick)
     house.wall.rgb = kWalls[static_cast<std::size_t>(Pick(dice, 7))];
+  if (house.wall.pattern == Pattern::kTiles) house.wall.scale_m = 0.095;
   constexpr std::array<Rgb, 5> kRoofs{{{0.085, 0.09, 0.10},
                                        {0.15, 0.155, 0.16},
                                        {0.21, 0.085, 0.055},

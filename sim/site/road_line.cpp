@@ -89,4 +89,9 @@ std::vector<RoadStation> RoadStations(const RoadConfig& road, double step_m, dou
   return stations;
 }
 
+double RoadLength(const RoadConfig& road) {
+  constexpr double kBeyond_m = 1.0;
+  return RoadStations(road, 1.0, kBeyond_m).back().along_m - kBeyond_m;
+}
+
 }  // namespace kawara::sim

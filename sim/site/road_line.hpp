@@ -18,4 +18,7 @@ struct RoadStation {
 /// wider apart beyond.
 std::vector<RoadStation> RoadStations(const RoadConfig& road, double step_m, double beyond_m);
 
+/// Along the middle line, from the first point to the last.
+double RoadLength(const RoadConfig& road);
+
 }  // namespace kawara::sim

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -55,20 +56,24 @@ void Block(Workshop& shop, std::uint32_t material, const Frame& at, const Vector
 
 /// The closed mound under the pieces, so that nobody looks through the heap.
 void Mound(Workshop& shop, std::uint32_t material, const RubbleConfig& heap,
-           const HeapProfile& profile) {
+           const HeapProfile& profile, const LocalGround& ground) {
   const int nx = std::max(4, static_cast<int>(heap.size_m[0] / 0.35));
   const int ny = std::max(4, static_cast<int>(heap.size_m[1] / 0.35));
   constexpr double kUnder_m = -0.25;  // sides of the mound are underground
+  constexpr double kHidden_m = -0.06;
   const auto point = [&](int i, int j) {
     const double x = heap.size_m[0] * (static_cast<double>(i) / nx - 0.5);
     const double y = heap.size_m[1] * (static_cast<double>(j) / ny - 0.5);
     const double z = profile.At(x, y);
     const bool rim = i == 0 || j == 0 || i == nx || j == ny || z <= 0.0;
-    return Vector3d(x, y, rim ? kUnder_m + 0.05 : 0.85 * z - 0.05);
+    return Vector3d(x, y, ground(x, y) + (rim ? kHidden_m : 0.85 * z + kHidden_m));
   };
+  double lowest = 0.0;
+  for (int i = 0; i <= nx; ++i)
+    for (int j = 0; j <= ny; ++j) lowest = std::min(lowest, point(i, j).z());
   const auto floor = [&](int i, int j) {
     Vector3d p = point(i, j);
-    p.z() = kUnder_m;
+    p.z() = lowest + kUnder_m;
     return p;
   };
   for (int i = 0; i < nx; ++i) {
@@ -91,7 +96,7 @@ void Mound(Workshop& shop, std::uint32_t material, const RubbleConfig& heap,
 
 }  // namespace
 
-void BuildRubble(Workshop& shop, const RubbleConfig& heap) {
+void BuildRubble(Workshop& shop, const RubbleConfig& heap, const LocalGround& ground) {
   Dice& dice = shop.dice;
   Materials& m = shop.materials;
   const HeapProfile profile(heap, dice);
@@ -105,16 +110,16 @@ void BuildRubble(Workshop& shop, const RubbleConfig& heap) {
   const std::uint32_t wood = m.Add(Pattern::kWood, dice.Next());
   const std::uint32_t pale_wood = m.Add(Pattern::kWood, {0.44, 0.31, 0.18}, dice.Next());
   const std::uint32_t rust = m.Paint({0.13, 0.055, 0.03}, 0.0F);
-  Mound(shop, dust, heap, profile);
+  Mound(shop, dust, heap, profile, ground);
   const int pieces = static_cast<int>(heap.pieces_per_m2 * heap.size_m[0] * heap.size_m[1]);
   for (int i = 0; i < pieces; ++i) {
     // Denser towards the middle; some have rolled beyond the foot.
     const double turn = 2.0 * core::kPi * dice.Uniform();
     const double r = std::sqrt(dice.Uniform()) * 0.5;
     const double x = heap.size_m[0] * r * std::cos(turn), y = heap.size_m[1] * r * std::sin(turn);
-    const double z = profile.At(x, y);
+    const double foot_z = ground(x, y), z = foot_z + profile.At(x, y);
     const double size = 0.08 * std::pow(9.0, std::pow(dice.Uniform(), 2.2));  // 8 cm to 72 cm
-    const Frame at = Shift(x, y, std::max(z, 0.02) - 0.05 + size * 0.12) * AnyTurn(dice);
+    const Frame at = Shift(x, y, std::max(z, foot_z + 0.02) - 0.05 + size * 0.12) * AnyTurn(dice);
     const double kind = dice.Uniform();
     if (kind < 0.55) {
       Block(shop, stones[static_cast<std::size_t>(Pick(dice, 4))], at,

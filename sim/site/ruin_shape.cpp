@@ -38,9 +38,9 @@ void RoofPiece(Workshop& shop, std::uint32_t tiles, std::uint32_t wood, const Fr
 
 }  // namespace
 
-void BuildRuin(Workshop& shop, const RuinConfig& ruin) {
+void BuildRuin(Workshop& shop, const RuinConfig& ruin, const LocalGround& ground) {
   Dice& dice = shop.dice;
-  BuildRubble(shop, ruin.heap);
+  BuildRubble(shop, ruin.heap, ground);
   const BuildingConfig& house = ruin.building;
   const std::uint32_t wall = shop.materials.Add(house.wall, dice.Next());
   const std::uint32_t inside = shop.materials.Add(Pattern::kPlain, {0.55, 0.52, 0.45}, dice.Next());
@@ -53,7 +53,8 @@ void BuildRuin(Workshop& shop, const RuinConfig& ruin) {
     const double turn = 2.0 * core::kPi * (i + Between(dice, 0.1, 0.6)) / walls + 0.4;
     const double share = Between(dice, 0.55, 0.72);
     // Feet stand about the heap; tops lean in on it.
-    const Frame foot = Shift(a * share * std::cos(turn), b * share * std::sin(turn), -0.1) *
+    const double x = a * share * std::cos(turn), y = b * share * std::sin(turn);
+    const Frame foot = Shift(x, y, ground(x, y) - 0.1) *
                        TurnZ(turn + core::kPi / 2 + Between(dice, -0.25, 0.25)) *
                        TurnX(Between(dice, 0.45, 0.95)) * TurnY(Between(dice, -0.12, 0.12));
     WallPiece(shop, wall, inside, frame, foot, Between(dice, 2.2, 3.8), Between(dice, 2.0, 2.8));

@@ -104,13 +104,13 @@ class ThingBuilder {
   void operator()(const RubbleConfig& heap) {
     SolidBuilder solid(Upright(), placed_.id);
     Workshop shop{solid, materials_, dice_};
-    BuildRubble(shop, heap);
+    BuildRubble(shop, heap, Ground());
     solid.AppendTo(scene_);
   }
   void operator()(const RuinConfig& ruin) {
     SolidBuilder solid(Upright(), placed_.id);
     Workshop shop{solid, materials_, dice_};
-    BuildRuin(shop, ruin);
+    BuildRuin(shop, ruin, Ground());
     solid.AppendTo(scene_);
   }
 
@@ -119,6 +119,12 @@ class ThingBuilder {
   Frame Upright() const {
     return StandingFrame(placed_.at_m.x(), placed_.at_m.y(), GroundAt(placed_.at_m),
                          placed_.heading_rad);
+  }
+  LocalGround Ground() const {
+    return [this, frame = Upright()](double x, double y) {
+      const Vector3d p = frame * Vector3d(x, y, 0);
+      return GroundAt(p.head<2>()) - p.z();
+    };
   }
   /// Vehicles stand on four wheels and tilt with the ground; all else stands upright.
   Frame OnGround(PropKind kind, const Size& size) const {

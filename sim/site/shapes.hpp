@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "sim/site/building_config.hpp"
@@ -38,10 +39,13 @@ void BuildPole(Workshop& shop, const Size& size);
 void BuildLamp(Workshop& shop, const Size& size);
 void BuildPerson(Workshop& shop, const Size& size, const Rgb& coat);
 
-/// The heap lies along x.
-void BuildRubble(Workshop& shop, const RubbleConfig& heap);
+/// Height of the ground in the builder's axes.
+using LocalGround = std::function<double(double x_m, double y_m)>;
+
+/// The heap lies along x and follows the ground, over kerbs too.
+void BuildRubble(Workshop& shop, const RubbleConfig& heap, const LocalGround& ground);
 struct RuinConfig;
-void BuildRuin(Workshop& shop, const RuinConfig& ruin);
+void BuildRuin(Workshop& shop, const RuinConfig& ruin, const LocalGround& ground);
 
 /// Along the line, whose corners stand on the ground in the builder's axes.
 void BuildFence(Workshop& shop, const FenceConfig& fence,

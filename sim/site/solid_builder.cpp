@@ -130,6 +130,41 @@ void SolidBuilder::Prism(std::uint32_t side, std::uint32_t cap, const Frame& at,
   }
 }
 
+void SolidBuilder::ChamferedPrism(std::uint32_t material, const Frame& at,
+                                  const std::vector<Vector2d>& outline, double z0_m, double z1_m,
+                                  double chamfer_m) {
+  const std::size_t n = outline.size();
+  std::vector<Vector2d> inner;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2d before = (outline[i] - outline[(i + n - 1) % n]).normalized();
+    const Vector2d after = (outline[(i + 1) % n] - outline[i]).normalized();
+    const Vector2d in_before(-before.y(), before.x()), in_after(-after.y(), after.x());
+    constexpr double kSharp = 0.4;  // no corner moves further than some chamfers
+    inner.push_back(outline[i] + (in_before + in_after) *
+                                     (chamfer_m / std::max(kSharp, 1.0 + in_before.dot(in_after))));
+  }
+  const auto point = [&at](const Vector2d& p, double z) -> Vector3d {
+    return at * Vector3d(p.x(), p.y(), z);
+  };
+  const auto band = [&](const std::vector<Vector2d>& low, double low_z,
+                        const std::vector<Vector2d>& high, double high_z) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t k = (i + 1) % n;
+      Quad(material, point(low[i], low_z), point(low[k], low_z), point(high[k], high_z),
+           point(high[i], high_z));
+    }
+  };
+  band(inner, z0_m, outline, z0_m + chamfer_m);
+  band(outline, z0_m + chamfer_m, outline, z1_m - chamfer_m);
+  band(outline, z1_m - chamfer_m, inner, z1_m);
+  for (const auto& t : Triangulate(inner)) {
+    Triangle(material, point(inner[t[0]], z1_m), point(inner[t[1]], z1_m),
+             point(inner[t[2]], z1_m));
+    Triangle(material, point(inner[t[2]], z0_m), point(inner[t[1]], z0_m),
+             point(inner[t[0]], z0_m));
+  }
+}
+
 void SolidBuilder::Loft(std::uint32_t material, std::span<const Ring> rings, int sides) {
   const auto corner = [&](const Ring& ring, int i) -> Vector3d {
     const double angle = 2.0 * core::kPi * (i % sides) / sides;

@@ -60,6 +60,10 @@ class SolidBuilder {
   /// The plane outline (counter-clockwise from +z of the frame) drawn up from z0 to z1.
   void Prism(std::uint32_t side, std::uint32_t cap, const Frame& at,
              const std::vector<Vector2d>& outline, double z0_m, double z1_m);
+  /// A prism of one material whose long edges are cut off by `chamfer_m`: what pressed metal looks
+  /// like. The outline's corners must be further apart than that.
+  void ChamferedPrism(std::uint32_t material, const Frame& at, const std::vector<Vector2d>& outline,
+                      double z0_m, double z1_m, double chamfer_m);
   /// Skin over rings of `sides` corners, closed by flat caps.
   void Loft(std::uint32_t material, std::span<const Ring> rings, int sides);
   /// Cone frustum from p to q.

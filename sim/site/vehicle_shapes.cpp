@@ -143,7 +143,7 @@ void BuildCar(Workshop& shop, const Size& size, const Rgb& paint) {
         Vector2d(-0.36 * l, 0.66 * h), Vector2d(-l / 2 + 0.10, 0.63 * h),
         Vector2d(-l / 2 + 0.01, 0.56 * h), Vector2d(-l / 2, 0.34 * h)})
     body.push_back(p);
-  shop.solid.Prism(c.paint, c.paint, SideOn(), body, -w / 2, w / 2);
+  shop.solid.ChamferedPrism(c.paint, SideOn(), body, -w / 2, w / 2, 0.035);
   shop.solid.Box(c.dark, Shift(0, 0, sill + 0.02), {l * 0.92, w - 0.44, 0.30 * h});
   BuildCabin(shop, c,
              {-0.415 * l, 0.225 * l, -0.30 * l, 0.045 * l, w / 2 - 0.03, w / 2 - 0.20, 0.63 * h, h},
@@ -167,7 +167,7 @@ void BuildWagon(Workshop& shop, const Size& size, const Rgb& paint) {
        {Vector2d(l / 2 - 0.15, sill), Vector2d(l / 2, 0.17 * h), Vector2d(l / 2, 0.34 * h),
         Vector2d(l / 2 - 0.07, 0.42 * h), Vector2d(l / 2 - 0.30, belt), Vector2d(-l / 2, belt)})
     body.push_back(p);
-  shop.solid.Prism(c.paint, c.paint, SideOn(), body, -w / 2, w / 2);
+  shop.solid.ChamferedPrism(c.paint, SideOn(), body, -w / 2, w / 2, 0.035);
   shop.solid.Box(c.dark, Shift(0, 0, sill + 0.02), {l * 0.92, w - 0.44, 0.26 * h});
   BuildCabin(shop, c,
              {-l / 2, l / 2 - 0.30, -l / 2 + 0.10, l / 2 - 1.05, w / 2, w / 2 - 0.10, belt, h},
@@ -193,7 +193,7 @@ void BuildTruck(Workshop& shop, const Size& size, const Rgb& paint) {
                             Vector2d(nose - 0.04, 1.26), Vector2d(nose - 0.32, cab_top - 0.08),
                             Vector2d(nose - 0.45, cab_top), Vector2d(back, cab_top)})
     outline.push_back(p);
-  shop.solid.Prism(c.paint, c.paint, SideOn(), outline, -w / 2, w / 2);
+  shop.solid.ChamferedPrism(c.paint, SideOn(), outline, -w / 2, w / 2, 0.03);
   const double y = w / 2;
   const std::array front{Vector3d(nose - 0.04, -y, 1.26), Vector3d(nose - 0.04, y, 1.26),
                          Vector3d(nose - 0.32, y, cab_top - 0.08),
