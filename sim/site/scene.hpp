@@ -78,6 +78,9 @@ struct SceneObject {
   /// Seconds from the start of the mission between which it stands there; empty: open end.
   std::optional<double> begin_s;
   std::optional<double> end_s;
+  /// How much of the box, from below, lies in the ground (foundations, the feet of heaps): what a
+  /// robot can see of the box begins above it.
+  double buried_m = 0.0;
 };
 
 struct Sun {

@@ -1,6 +1,7 @@
 #include "sim/site/scene_builder.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -151,6 +152,17 @@ class ThingBuilder {
   Materials materials_;
 };
 
+/// From the box's bottom to the lowest ground under it; no more than its height.
+double BuriedDepth(const UprightBox& box, const Terrain& terrain) {
+  const Frame frame =
+      StandingFrame(box.centre_enu_m.x(), box.centre_enu_m.y(), 0.0, box.heading_rad);
+  std::vector<Vector2d> floor;
+  for (const auto& [x, y] : {std::pair{0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}, {-0.5, -0.5}})
+    floor.push_back((frame * Vector3d(x * box.size_m.x(), y * box.size_m.y(), 0)).head<2>());
+  const double bottom_m = box.centre_enu_m.z() - box.size_m.z() / 2.0;
+  return std::clamp(terrain.HeightRange(floor)[0] - bottom_m, 0.0, box.size_m.z());
+}
+
 }  // namespace
 
 UprightBox BoxAround(const Scene& scene, std::uint32_t object, double heading_rad) {
@@ -183,6 +195,7 @@ Scene BuildScene(const SiteConfig& site, const Terrain& terrain, SiteState state
     scene.objects.push_back({placed.id, placed.name, placed.cls,
                              BoxAround(scene, placed.id, placed.heading_rad),
                              placed.state != Existence::kNew, placed.begin_s, placed.end_s});
+    scene.objects.back().buried_m = BuriedDepth(scene.objects.back().box, terrain);
   }
   return scene;
 }

@@ -45,23 +45,24 @@ gis::PolygonLayer ObjectsLayer(const Scene& scene, const core::LocalEnu& enu) {
   constexpr std::array<std::array<std::size_t, 4>, 6> kFaces{
       {{3, 2, 1, 0}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
   for (const SceneObject& object : StandingObjects(scene)) {
-    const auto apexes = Apexes(object.box);
+    const UprightBox box = VisibleBox(object);
+    const auto apexes = Apexes(box);
     gis::PolygonFeature feature;
     for (const auto& face : kFaces) {
       auto& ring = feature.faces_lon_lat_h.emplace_back();
       for (const std::size_t i : face) ring.push_back(LonLatH(enu, apexes[i]));
     }
     const double heading_deg =
-        std::fmod(core::WrapPi(object.box.heading_rad) * core::kDegFromRad + 360.0, 360.0);
+        std::fmod(core::WrapPi(box.heading_rad) * core::kDegFromRad + 360.0, 360.0);
     feature.values = {static_cast<std::int64_t>(object.id),
                       object.name,
                       std::string(NameOf(object.cls)),
                       object.in_reference,
                       OrNull(object.begin_s),
                       OrNull(object.end_s),
-                      object.box.size_m.x(),
-                      object.box.size_m.y(),
-                      object.box.size_m.z(),
+                      box.size_m.x(),
+                      box.size_m.y(),
+                      box.size_m.z(),
                       heading_deg};
     layer.features.push_back(std::move(feature));
   }

@@ -29,6 +29,13 @@ std::array<Eigen::Vector3d, 8> Apexes(const UprightBox& box) {
   return apexes;
 }
 
+UprightBox VisibleBox(const SceneObject& object) {
+  UprightBox box = object.box;
+  box.size_m.z() -= object.buried_m;
+  box.centre_enu_m.z() += object.buried_m / 2.0;
+  return box;
+}
+
 const char* NameOf(ObjectClass cls) {
   switch (cls) {
     case ObjectClass::kGround:
@@ -81,14 +88,15 @@ core::Expected<void> WriteObjectsCsv(const Scene& scene, const std::string& path
   }
   text += "\n";
   for (const SceneObject& object : StandingObjects(scene)) {
+    const UprightBox box = VisibleBox(object);
     text += std::to_string(object.id) + "," + CsvText(object.name) + "," + NameOf(object.cls) +
             (object.in_reference ? ",1," : ",0,");
     text += (object.begin_s ? Fixed(*object.begin_s, 3) : "") + ",";
     text += object.end_s ? Fixed(*object.end_s, 3) : "";
-    text += position(object.box.centre_enu_m);
-    for (const double side_m : object.box.size_m) text += "," + Fixed(side_m, 4);
-    text += "," + Fixed(HeadingDeg(object.box.heading_rad), 4);
-    for (const Eigen::Vector3d& apex : Apexes(object.box)) text += position(apex);
+    text += position(box.centre_enu_m);
+    for (const double side_m : box.size_m) text += "," + Fixed(side_m, 4);
+    text += "," + Fixed(HeadingDeg(box.heading_rad), 4);
+    for (const Eigen::Vector3d& apex : Apexes(box)) text += position(apex);
     text += "\n";
   }
   return WriteTextFile(path, text);
@@ -99,7 +107,8 @@ core::Expected<void> WriteObjectsGeoJson(const Scene& scene, const std::string& 
   std::string text = "{\"type\": \"FeatureCollection\", \"features\": [";
   const char* separator = "\n";
   for (const SceneObject& object : StandingObjects(scene)) {
-    const auto apexes = Apexes(object.box);
+    const UprightBox box = VisibleBox(object);
+    const auto apexes = Apexes(box);
     text += separator;
     separator = ",\n";
     text += "{\"type\": \"Feature\", \"id\": " + std::to_string(object.id) +
@@ -108,8 +117,8 @@ core::Expected<void> WriteObjectsGeoJson(const Scene& scene, const std::string& 
             "\", \"in_reference\": " + (object.in_reference ? "true" : "false") +
             ", \"begin_s\": " + (object.begin_s ? Fixed(*object.begin_s, 3) : "null") +
             ", \"end_s\": " + (object.end_s ? Fixed(*object.end_s, 3) : "null") +
-            ", \"height_m\": " + Fixed(object.box.size_m.z(), 4) +
-            ", \"heading_deg\": " + Fixed(HeadingDeg(object.box.heading_rad), 4) +
+            ", \"height_m\": " + Fixed(box.size_m.z(), 4) +
+            ", \"heading_deg\": " + Fixed(HeadingDeg(box.heading_rad), 4) +
             "}, \"geometry\": {\"type\": \"Polygon\", \"coordinates\": [[";
     for (const std::size_t i : {0U, 1U, 2U, 3U, 0U})
       text += (text.back() == '[' ? "" : ", ") + JsonPosition(enu.ToGeodetic(apexes[i]));

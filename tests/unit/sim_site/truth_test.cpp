@@ -79,10 +79,28 @@ TEST_F(Truth, CsvHoldsEveryStandingObjectWithItsApexes) {
           enu.FromGeodetic({std::stod(fields[column[apex + "_lat_deg"]]) * core::kRadFromDeg,
                             std::stod(fields[column[apex + "_lon_deg"]]) * core::kRadFromDeg,
                             std::stod(fields[column[apex + "_h_m"]])});
-      EXPECT_LT((p - Apexes(object.box)[i]).norm(), 2e-4) << object.name;
+      EXPECT_LT((p - Apexes(VisibleBox(object))[i]).norm(), 2e-4) << object.name;
     }
   }
   EXPECT_EQ(rows, objects.size());
+}
+
+TEST_F(Truth, VisibleBoxesStandOnTheGroundWithTheirTopsKept) {
+  const BuiltSite& built = Built("residential_collapse");
+  const Terrain terrain(built.site);
+  bool buried = false;
+  for (const SceneObject& object : StandingObjects(built.after)) {
+    const UprightBox box = VisibleBox(object);
+    EXPECT_NEAR(box.centre_enu_m.z() + box.size_m.z() / 2,
+                object.box.centre_enu_m.z() + object.box.size_m.z() / 2, 1e-9);
+    if (object.buried_m == 0.0) continue;
+    buried = true;
+    // Nowhere under the box is the ground lower; somewhere it is as low.
+    std::vector<Eigen::Vector2d> floor;
+    for (std::size_t i = 0; i < 4; ++i) floor.push_back(Apexes(box)[3 - i].head<2>());
+    EXPECT_NEAR(terrain.HeightRange(floor)[0], Apexes(box)[0].z(), 0.02) << object.name;
+  }
+  EXPECT_TRUE(buried);
 }
 
 TEST_F(Truth, TimesOfExistenceAreWritten) {
