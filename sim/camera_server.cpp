@@ -158,6 +158,10 @@ void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const
   core::Expected<Picture> picture =
       pictures_->Expose({.trigger_sequence = message.sequence, .exposure = exposure.gps});
   if (picture && faults.dark) picture = DarkPicture(*picture);
+  if (picture && picture->exposed.IsSet()) {
+    exposure.gps = picture->exposed;
+    exposure.mono = clock_.MonoAt(picture->exposed);
+  }
   hooks_.exposed(exposure);
   std::optional<FrameOut> due = std::exchange(held_back_, std::nullopt);
   if (due) Deliver(*due, stop);
@@ -169,7 +173,7 @@ void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const
   FrameOut frame;
   frame.header.sequence = exposure.frame_sequence;
   frame.header.trigger_sequence = message.sequence;
-  frame.header.exposure_start_mono_ns = start.ns();
+  frame.header.exposure_start_mono_ns = exposure.mono.ns();
   frame.header.width = picture->width;
   frame.header.height = picture->height;
   frame.header.payload_bytes = static_cast<std::uint32_t>(picture->jpeg.size());

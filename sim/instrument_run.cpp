@@ -13,6 +13,7 @@
 #include <system_error>
 #include <thread>
 
+#include "sim/janitor.hpp"
 #include "sim/truth_log.hpp"
 
 namespace kawara::sim {
@@ -147,6 +148,12 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
                                                  const std::atomic<bool>& stop) {
   // 1. The places where others find us.
   if (auto made = PrepareRunDir(options.run_dir); !made) return tl::unexpected(made.error());
+  std::vector<std::filesystem::path> places;
+  for (const char* name : {"gps", "ahrs", "camera.sock", "ready"}) {
+    places.push_back(options.run_dir / name);
+  }
+  for (const ScannerSetup& setup : motion.scanners) places.push_back(options.run_dir / setup.port);
+  const Janitor janitor(places);
   core::Expected<TruthLog> truth = TruthLog::Create(options.run_dir);
   if (!truth) return tl::unexpected(truth.error());
   core::Expected<Pty> gps_pty = Pty::Create(options.run_dir / "gps");

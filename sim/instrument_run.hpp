@@ -70,8 +70,8 @@ core::Expected<void> PrepareRunDir(const std::filesystem::path& run_dir);
 
 /// Plays a motion on simulated instruments until its end or `stop`. Without `pictures` there is no
 /// camera. Blocks; the calling thread does the pacing by absolute sleeps on the monotonic clock,
-/// the camera has a thread of its own. All links, sockets and the ready file are gone afterwards,
-/// the truth files stay. Errors: options, run-dir.
+/// the camera has a thread of its own. All links, sockets and the ready file are gone afterwards
+/// (also if the process is killed), the truth files stay. Errors: options, run-dir.
 core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& options,
                                                  const MeasuredMotion& motion,
                                                  std::unique_ptr<PictureSource> pictures,

@@ -20,6 +20,8 @@ struct Picture {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::vector<std::uint8_t> jpeg;
+  /// Start of the exposure it really shows, if that is not the one asked for. Not set: as asked.
+  core::GpsTime exposed = {};
 };
 
 /// Where the simulated camera's pictures come from. One thread.

@@ -65,7 +65,8 @@ core::Expected<Table> ReadBoxTable(const std::string& path) {
   if (const auto id = table->ColumnOf({"id", "object_uid"}); !id) return tl::unexpected(id.error());
   for (int i = 0; i < 8; ++i) {
     const std::string n = std::to_string(i);
-    for (const std::string& name : {"lon" + n + "_deg", "lat" + n + "_deg", "h" + n + "_m"}) {
+    for (const std::string& name :
+         {"apex" + n + "_lon_deg", "apex" + n + "_lat_deg", "apex" + n + "_h_m"}) {
       if (const auto column = table->ColumnOf({name}); !column) {
         return tl::unexpected(column.error());
       }
@@ -76,9 +77,9 @@ core::Expected<Table> ReadBoxTable(const std::string& path) {
 
 core::Geodetic ApexOf(const Table& table, std::size_t row, std::size_t apex) {
   const std::string n = std::to_string(apex);
-  return {table.Number(row, "lat" + n + "_deg") * core::kRadFromDeg,
-          table.Number(row, "lon" + n + "_deg") * core::kRadFromDeg,
-          table.Number(row, "h" + n + "_m")};
+  return {table.Number(row, "apex" + n + "_lat_deg") * core::kRadFromDeg,
+          table.Number(row, "apex" + n + "_lon_deg") * core::kRadFromDeg,
+          table.Number(row, "apex" + n + "_h_m")};
 }
 
 }  // namespace

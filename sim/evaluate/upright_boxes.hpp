@@ -28,8 +28,8 @@ struct ApexBox {
 double IntersectionOverUnion(const ApexBox& a, const ApexBox& b);
 
 /// Reads boxes of a table (CSV, GeoPackage layer changed_object or object): columns id, class, and
-/// for each apex i = 0..7 lon<i>_deg, lat<i>_deg, h<i>_m. Errors: file, columns, apexes that are no
-/// numbers.
+/// for each apex i = 0..7 apex<i>_lon_deg, apex<i>_lat_deg, apex<i>_h_m. Errors: file, columns,
+/// apexes that are no numbers.
 core::Expected<std::vector<ApexBox>> ReadBoxes(const std::string& path,
                                                const core::LocalEnu& plane);
 /// Where a table of boxes is: the place of its first apex, as origin of the plane to compare in.

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 namespace kawara::sim {
 namespace {
@@ -84,6 +86,37 @@ TEST(CompareObjects, ApexesMayStartAtAnyCorner) {
     EXPECT_THAT(CompareObjects(truth, result).Json(),
                 HasSubstr(R"("apexes": {"unit": "m", "n": 1, "mean": 0,)"));
   }
+}
+
+TEST(ReadBoxes, BoxesComeBackFromTheirApexes) {
+  const core::LocalEnu plane({0.62, 2.43, 50.0});
+  const ApexBox box = Box("truck", 12, -7, 6, 2, 3, 30);
+  const std::string path = ::testing::TempDir() + "kawara_boxes.csv";
+  {
+    std::ofstream file(path);
+    file.precision(14);
+    file << "id,class";
+    for (int i = 0; i < 8; ++i) {
+      const std::string apex = "apex" + std::to_string(i);
+      file << "," << apex << "_lon_deg," << apex << "_lat_deg," << apex << "_h_m";
+    }
+    file << "\ntruck,truck";
+    for (const Eigen::Vector3d& apex : box.apexes_enu_m) {
+      const core::Geodetic g = plane.ToGeodetic(apex);
+      file << "," << g.lon_rad * core::kDegFromRad << "," << g.lat_rad * core::kDegFromRad << ","
+           << g.h_ellipsoidal_m;
+    }
+    file << "\n";
+  }
+  const auto boxes = ReadBoxes(path, plane);
+  ASSERT_TRUE(boxes) << boxes.error().message;
+  ASSERT_EQ(boxes->size(), 1U);
+  EXPECT_EQ((*boxes)[0].cls, "truck");
+  EXPECT_GT(IntersectionOverUnion((*boxes)[0], box), 0.9999);
+  const auto place = PlaceOfBoxes(path);
+  ASSERT_TRUE(place);
+  EXPECT_LT(plane.FromGeodetic(*place).norm(), 20.0);
+  std::filesystem::remove(path);
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "sim/drive_run.hpp"
+#include "sim/site_run.hpp"
+#include "sim/survey.hpp"
+
+namespace kawara::sim {
+
+/// The options of kawara-sim's commands, grouped as --help shows them. What they bind to must
+/// outlive parsing. `faults` gets the texts of --fault, for ParseFaults.
+void AddDriveOptions(CLI::App& app, DriveOptions& o, std::vector<std::string>& faults);
+void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& faults);
+void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o);
+
+/// A file of configs/ as found from the current folder or from where this program lies; the bare
+/// name if neither has it, for the error message.
+std::filesystem::path DefaultConfig(const std::string& name);
+
+}  // namespace kawara::sim

@@ -1,0 +1,32 @@
+#pragma once
+#include <atomic>
+#include <optional>
+
+#include "core/expected.hpp"
+#include "sim/doughnut_geometry.hpp"
+#include "sim/instrument_run.hpp"
+#include "sim/rendered_pictures.hpp"
+#include "sim/site_world.hpp"
+
+namespace kawara::sim {
+
+/// Everything `kawara-sim site` can be told.
+struct SiteRunOptions {
+  SiteWorldOptions world;
+  double start_s = 0.0;              ///< of the mission
+  std::optional<double> duration_s;  ///< none: to the end
+  bool now = false;                  ///< the played part begins at the present whole second
+  bool camera = true;
+  /// Seconds between exposures that are drawn before the run begins; 0: drawn while it runs.
+  double ahead_period_s = 0.0;
+  vision::DoughnutParameters doughnut = StandardDoughnut(1448);
+  RenderedCameraOptions rendering;
+  InstrumentOptions instruments;
+};
+
+/// Makes the world, writes its truth into the run-dir (see WriteWorldTruth), and plays the drive on
+/// simulated instruments with rendered pictures (see RunInstruments). Errors: files, options,
+/// run-dir.
+core::Expected<InstrumentSummary> RunSite(SiteRunOptions options, const std::atomic<bool>& stop);
+
+}  // namespace kawara::sim
