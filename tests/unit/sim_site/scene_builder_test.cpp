@@ -238,8 +238,9 @@ TEST(SceneBuilder, TruckAndWagonOfThePaperAreNewThingsOfTheFactoryRoad) {
   const Scene& after = Built("factory_road").after;
   for (const auto& [name, cls] :
        {std::pair{"truck", ObjectClass::kTruck}, std::pair{"wagon", ObjectClass::kCar}}) {
-    const auto found = std::find_if(after.objects.begin(), after.objects.end(),
-                                    [&](const SceneObject& object) { return object.name == name; });
+    const auto found = std::find_if(
+        after.objects.begin(), after.objects.end(),
+        [wanted = std::string(name)](const SceneObject& object) { return object.name == wanted; });
     ASSERT_NE(found, after.objects.end()) << name;
     EXPECT_EQ(found->cls, cls);
     EXPECT_FALSE(found->in_reference);
