@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <deque>
-#include <kawara/event_t.hpp>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -42,6 +41,15 @@ std::int64_t Milliseconds(core::Duration d) {
 
 }  // namespace
 
+event_t ToMessage(const RecorderEvent& event) {
+  event_t message{};
+  message.mono_ns = event.mono.ns();
+  message.severity = static_cast<std::int8_t>(event.severity);
+  message.name = event.name;
+  message.text = event.text;
+  return message;
+}
+
 RecordClass RecordClassOf(std::string_view channel) {
   return channel == "FRAME" || channel == "PHASE1" ? RecordClass::kPictures
                                                    : RecordClass::kNavigation;
@@ -56,7 +64,7 @@ class Recorder::Impl {
         disk_(
             config, {config_message.begin(), config_message.end()},
             [this](int severity, const std::string& name, const std::string& text) {
-              Announce({severity, name, text});
+              Announce(severity, name, text);
             },
             file_system) {}
 
@@ -174,22 +182,23 @@ class Recorder::Impl {
   // Once a second: what was lost and how slow the disk was, since the last time.
   void Report() {
     if (reported_stall_ >= kSlowDisk) {
-      Announce({1, "recorder.disk_slow",
-                "the disk took " + std::to_string(Milliseconds(reported_stall_)) +
-                    " ms for one round of writing"});
+      Announce(1, "recorder.disk_slow",
+               "the disk took " + std::to_string(Milliseconds(reported_stall_)) +
+                   " ms for one round of writing");
     }
     reported_stall_ = {};
     for (std::size_t i = 0; i < 2; ++i) {
       const std::uint64_t dropped = Stats().dropped_events[i];
       if (dropped == reported_drops_[i]) continue;
-      Announce({2, i == 0 ? "recorder.navigation_dropped" : "recorder.pictures_dropped",
-                std::to_string(dropped - reported_drops_[i]) + " events not recorded (" +
-                    std::to_string(dropped) + " in all)"});
+      Announce(2, i == 0 ? "recorder.navigation_dropped" : "recorder.pictures_dropped",
+               std::to_string(dropped - reported_drops_[i]) + " events not recorded (" +
+                   std::to_string(dropped) + " in all)");
       reported_drops_[i] = dropped;
     }
   }
 
-  void Announce(RecorderEvent event) {
+  void Announce(int severity, std::string name, std::string text) {
+    RecorderEvent event{core::MonoNow(), severity, std::move(name), std::move(text)};
     if (on_event_) on_event_(event);
     if (pending_.size() < kMaxPendingEvents) pending_.push_back(std::move(event));
   }
@@ -198,13 +207,7 @@ class Recorder::Impl {
   // if it is full.
   void SendPendingEvents() {
     while (!pending_.empty()) {
-      const RecorderEvent& event = pending_.front();
-      event_t message{};
-      message.mono_ns = core::MonoNow().ns();
-      message.severity = static_cast<std::int8_t>(event.severity);
-      message.name = event.name;
-      message.text = event.text;
-      const auto bytes = Encode(message);
+      const auto bytes = Encode(ToMessage(pending_.front()));
       if (bytes && rings_[0].queued_bytes() > 0 && !HasRoomForEvent(bytes->size())) return;
       if (bytes) (void)Write("EVENT", *bytes, WallTimeUs());
       pending_.pop_front();

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <kawara/event_t.hpp>
 #include <memory>
 #include <span>
 #include <string>
@@ -37,13 +38,16 @@ struct RecorderConfig {
   std::uint64_t navigation_reserve_bytes = 64U << 20;
 };
 
-/// Something the operator should know; the recorder has put it into the log as event_t on EVENT
-/// itself.
+/// Something the operator should know. The recorder puts it into the log itself, as ToMessage() of
+/// it on EVENT, as soon as there is room.
 struct RecorderEvent {
+  core::MonoTime mono;
   int severity = 0;  ///< as event_t: 0 info, 1 warn-low, 2 warn-high, 3 fatal
   std::string name;  ///< "recorder.disk_full"
   std::string text;
 };
+/// GPS time 0: a recorder does not know it.
+event_t ToMessage(const RecorderEvent& event);
 
 struct RecorderStats {
   std::uint64_t events[2] = {0, 0};          ///< taken in, by RecordClass
@@ -66,7 +70,8 @@ struct RecorderStats {
 /// counted. Disk errors: a new segment takes over what was not on the medium yet.
 class Recorder {
  public:
-  /// `config_message` is an encoded config_t. `on_event` runs on the writer's thread.
+  /// `config_message` is an encoded config_t. `on_event` runs on the writer's thread, the first
+  /// ones already inside Start().
   /// Errors: the mission's folder or its first segment cannot be made.
   [[nodiscard]] static core::Expected<std::unique_ptr<Recorder>> Start(
       const RecorderConfig& config, std::span<const std::uint8_t> config_message,

@@ -74,8 +74,8 @@ struct LiveRobot::Parts {
   OutputRing output{kOutputRingBytes};
   FrameTable frames;
   std::unique_ptr<comms::LcmBus> bus;
-  std::unique_ptr<comms::Recorder> recorder;
   std::unique_ptr<Outlet> outlet;
+  std::unique_ptr<comms::Recorder> recorder;
   std::unique_ptr<PictureWorker> pictures;
   std::unique_ptr<CorrectionSource> corrections;
   std::unique_ptr<Pump> pump;
@@ -97,16 +97,16 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
   for (const std::string& warning : p.bus->warnings()) {
     PostNote(p.inbox, core::Severity::kWarnLow, "bus.degraded", warning);
   }
+  p.outlet = std::make_unique<Outlet>(*p.bus, p.counters);
   if (config.record.enabled) {
     const std::vector<std::uint8_t> config_message = ConfigMessage(p.config);
     auto recorder = comms::Recorder::Start(
-        RecorderConfigOf(p.config), config_message, [&bus = *p.bus](const comms::RecorderEvent&) {
-          (void)bus;  // the recorder writes its events into the log itself
-        });
+        RecorderConfigOf(p.config), config_message,
+        [&outlet = *p.outlet](const comms::RecorderEvent& event) { outlet.Publish(event); });
     if (!recorder) return tl::unexpected(recorder.error());
     p.recorder = std::move(*recorder);
+    p.outlet->RecordTo(*p.recorder);
   }
-  p.outlet = std::make_unique<Outlet>(p.bus.get(), p.recorder.get(), p.counters);
 
   if (config.camera.source != "none") {
     Phase1Assembler::Identity identity{p.config.robot.name, p.config.robot.mission,

@@ -16,14 +16,19 @@ class Outlet {
  public:
   using Reach = MessageSink::Reach;
 
-  /// Either may be null. Failures are counted as "bus.not_sent" and "recorder.refused".
-  Outlet(comms::Bus* bus, comms::Recorder* recorder, core::Counters& counters);
+  /// Failures are counted as "bus.not_sent" and "recorder.refused".
+  Outlet(comms::Bus& bus, core::Counters& counters);
+  /// From now on Send() records too. Before any other thread calls Send(); `recorder` stays.
+  void RecordTo(comms::Recorder& recorder) { recorder_ = &recorder; }
 
   void Send(std::string_view channel, std::span<const std::uint8_t> bytes, Reach reach);
+  /// What the recorder has to tell, live, in the bytes in which it stands in the log. This is what
+  /// the recorder's own thread may call, also before RecordTo().
+  void Publish(const comms::RecorderEvent& event);
 
  private:
-  comms::Bus* bus_;
-  comms::Recorder* recorder_;
+  comms::Bus& bus_;
+  comms::Recorder* recorder_ = nullptr;  ///< null: nothing is recorded
   core::Counter& not_sent_;
   core::Counter& not_recorded_;
 };

@@ -157,6 +157,17 @@ class ChainTest(unittest.TestCase):
         self.assertNotIn(" 0 fixes", self.chain.processes.output("second"))
         self.assertNotIn(" 0 AHRS packets", self.chain.processes.output("second"))
 
+    def test_what_the_recorder_has_to_tell_is_heard_at_the_station(self):
+        if shutil.disk_usage(self.folder).free > 1e12:
+            self.skipTest("this disk is never low: the largest record.disk_reserve_mb is less than what is free")
+        self.chain.start_station()
+        self.chain.start_onboard(**{"record.disk_reserve_mb": 1048576})
+        wait_for(lambda: (self.chain.folder / "log").exists(), 20, "the robot's log")
+        time.sleep(3)
+        self.assertEqual(self.chain.processes.stop("onboard"), 0)
+        self.assertEqual(self.chain.processes.stop("station"), 0)
+        self.assertRegex("\n".join(self.chain.events()), r"recorder\.pictures_paused: ")
+
 
 class StartTest(unittest.TestCase):
     """What a user meets on the first day: one clear line each, exit code 2."""
