@@ -109,7 +109,7 @@ TEST(Resolve, ExtremeReferencesSaturateWithoutOverflow) {
   for (const std::int64_t ns : {kMin, kMax}) {
     ResolveTimeOfDay(kDay - Nanoseconds(1), UtcTime::FromNs(ns));
     ResolveTimeOfWeek(kGpsWeek - Nanoseconds(1), GpsTime::FromNs(ns));
-    ResolveTimeOfWeek(Duration(ns), GpsTime::FromNs(-ns / 2));
+    ResolveTimeOfWeek(Duration(ns), GpsTime::FromNs(ns / -2));
     ResolveWeek(std::numeric_limits<std::int32_t>::min(), GpsTime::FromNs(ns));
     const UtcTime utc = ToUtc(GpsTime::FromNs(ns));
     const GpsTime gps = ToGps(UtcTime::FromNs(ns));
