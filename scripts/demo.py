@@ -1,6 +1,6 @@
-"""./run demo: a real drive arrives as pictures and track in a GIS, live; then the same from the log alone.
+"""./run demo: a drive arrives as pictures and track in a GIS, live; then the same from the log alone.
 
-kawara-sim plays the recorded drive (real RTK-GNSS and IMU measurements) on pseudo-terminals at true pace, kawara-onboard reads them
+kawara-sim plays a recorded drive (real RTK-GNSS and IMU measurements), or a simulated one, on pseudo-terminals at true pace, kawara-onboard reads them
 as it would read the instruments, kawara-station stores what comes over LCM. Runs inside a network namespace (see ./run).
 """
 import argparse
@@ -43,19 +43,36 @@ def nearest(rows, gps_ns, tolerance_ns=100_000_000):
 nearest.keys = {}
 
 
-def live(out, seconds, start, faults, quiet):
+class Recorded:
+    """A drive that was: real measurements of a car, and one real panorama round it."""
+    name = "a real drive"
+    config = ROOT / "configs/demo.yaml"
+    simulator = ["drive", "--data", ROOT / "data/drive_0708", "--panorama", ROOT / "data/panorama/R0014760_3072.jpg"]
+    longest_wait_s = 60
+
+
+class Site:
+    """A drive that never was: every exposure is drawn before it begins, so that live the simulator costs little."""
+    name = "a simulated drive"
+    config = ROOT / "configs/survey_robot.yaml"
+    longest_wait_s = 3600
+
+    def __init__(self, site):
+        self.simulator = ["site", "--site", site, "--ahead", 1, "--samples", 1]
+
+
+def live(out, drive, seconds, start, faults, quiet):
     """Runs the chain; returns the mission's log folder."""
     ports = out / "ports"
     with Processes(out / "output") as chain:
-        sim_args = ["drive", "--data", ROOT / "data/drive_0708", "--panorama", ROOT / "data/panorama/R0014760_3072.jpg",
-                    "--run-dir", ports, "--start", start, "--duration", seconds]
+        sim_args = [*drive.simulator, "--run-dir", ports, "--start", start, "--duration", seconds]
         for fault in faults:
             sim_args += ["--fault", fault]
         chain.start("station", "kawara-station", "--config", ROOT / "configs/station.yaml", "--store", out / "live/mission.gpkg",
                     "--latency", out / "latency.csv", "--map", out / "track.png")
         chain.start("sim", "kawara-sim", *sim_args)
-        wait_for(lambda: (ports / "ready").exists() or chain.running["sim"].poll() is not None, 60, "the simulator's ports")
-        chain.start("onboard", "kawara-onboard", "--config", ROOT / "configs/demo.yaml", "--set", f"gps.device={ports}/gps",
+        wait_for_ports(chain, ports, drive.longest_wait_s, quiet)
+        chain.start("onboard", "kawara-onboard", "--config", drive.config, "--set", f"gps.device={ports}/gps",
                     "--set", f"ahrs.device={ports}/ahrs", "--set", f"camera.path={ports}/camera.sock",
                     "--set", f"record.folder={out}/log")
         end = time.monotonic() + seconds + 60
@@ -76,6 +93,31 @@ def live(out, seconds, start, faults, quiet):
             sys.exit(f"demo: a program failed: {codes}; see {out}/output")
     missions = sorted((out / "log").iterdir())
     return missions[-1]
+
+
+def wait_for_ports(chain, ports, longest_s, quiet):
+    said = ""
+
+    def ready():
+        nonlocal said
+        lines = chain.output("sim").splitlines()
+        if lines and lines[-1] != said and not quiet:
+            said = lines[-1]
+            print(f"  {said}", flush=True)
+        return (ports / "ready").exists() or chain.running["sim"].poll() is not None
+
+    wait_for(ready, longest_s, "the simulator's ports")
+
+
+def judge(out):
+    """Trajectory in the store against the simulator's truth; prints the table."""
+    truth = out / "ports/truth_trajectory.csv"
+    if not truth.exists():
+        return
+    done = run("kawara-evaluate", "poses", "--truth", truth, "--result", out / "live/mission.gpkg",
+               "--json", out / "pose_errors.json")
+    print("\nposes in the store against the truth (kawara-evaluate poses)")
+    print(done.stdout if done.returncode == 0 else done.stderr)
 
 
 def replay(out, log):
@@ -151,25 +193,32 @@ def latencies(out, stolen):
 
 def main():
     parser = argparse.ArgumentParser(prog="./run demo")
-    parser.add_argument("--seconds", type=int, default=60, help="of the drive (it has %d)" % DRIVE_S)
-    parser.add_argument("--full", action="store_true", help="the whole drive, nine minutes")
-    parser.add_argument("--start", type=float, default=100, help="seconds into the drive")
+    parser.add_argument("--site", nargs="?", const=ROOT / "configs/sites/factory_road.yaml",
+                        help="a simulated site instead of the recorded drive (configs/sites/; the factory road if not named)")
+    parser.add_argument("--seconds", type=int, help="of the drive (60; with --site 120)")
+    parser.add_argument("--full", action="store_true", help="the whole recorded drive, nine minutes")
+    parser.add_argument("--start", type=float, help="seconds into the drive (100; with --site 0)")
     parser.add_argument("--fault", action="append", default=[], help='e.g. "t=20 gps.unplug 5s" (see kawara-sim drive --help)')
     parser.add_argument("--out", default="out/demo")
     parser.add_argument("--quiet", action="store_true")
     args = parser.parse_args()
+    drive = Site(args.site) if args.site else Recorded()
     if args.full:
         args.start, args.seconds = 5, DRIVE_S
+    if args.start is None:
+        args.start = 0 if args.site else 100
+    if args.seconds is None:
+        args.seconds = 120 if args.site else 60
     out = pathlib.Path(args.out).resolve()
     if out.exists():
         shutil.rmtree(out)
     for folder in ("live", "replay"):
         (out / folder).mkdir(parents=True)
 
-    print(f"live: {args.seconds} s of the drive at true pace, instruments on pseudo-terminals")
+    print(f"live: {args.seconds} s of {drive.name} at true pace, instruments on pseudo-terminals", flush=True)
     stolen = StolenTime()
     stolen.start()
-    log = live(out, args.seconds, args.start, args.fault, args.quiet)
+    log = live(out, drive, args.seconds, args.start, args.fault, args.quiet)
     stolen.done.set()
     print("again, from the log alone")
     took = replay(out, log)
@@ -203,7 +252,8 @@ def main():
     for key, value in summary.items():
         print(f"  {key:<{width}}  {value}")
     (out / "summary.json").write_text(json.dumps(summary, indent=1))
-    print(f"\ndemo: {len(stages['full'])} pictures of a real drive in {out}/live/mission.gpkg (open it in QGIS), map {out}/track.png, "
+    judge(out)
+    print(f"\ndemo: {len(stages['full'])} pictures of {drive.name} in {out}/live/mission.gpkg (open it in QGIS), map {out}/track.png, "
           f"log {log}")
     ok = live_dump == replay_dump and len(stages["full"]) > 0
     return 0 if ok else 1
