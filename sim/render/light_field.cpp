@@ -14,7 +14,10 @@ namespace kawara::sim {
 namespace {
 
 constexpr std::size_t kMaxGridPlaces = 40'000'000;
-constexpr int kRays = 96;
+constexpr int kRays = 64;
+/// Share of a plate in the light on a surface that is left out.
+constexpr float kLeastSquare = 1e-3F;
+constexpr float kLightStep = 1.0F / 16384.0F;  // so up to 4: four times a white card in the open
 /// What open ground throws back.
 constexpr float kOpenGround = 0.2F;
 /// A point whose rays meet more back sides than this share is inside something.
@@ -46,9 +49,8 @@ LightField::LightField(const RayScene& scene, const SkyMap& sky,
       open_sky_(Eigen::Array3f::Zero()),
       open_ground_(Eigen::Array3f::Zero()) {
   for (const Eigen::Vector3d& d : SphereDirections()) {
-    if (d.z() > 0.0) {
-      open_sky_ += 4.0F / kRays * static_cast<float>(d.z()) * sky.Radiance(d.cast<float>());
-    }
+    sky_light_.push_back(sky.Radiance(d.cast<float>()));
+    if (d.z() > 0.0) open_sky_ += 4.0F / kRays * static_cast<float>(d.z()) * sky_light_.back();
   }
   open_ground_ = kOpenGround * (open_sky_ + sky.sun_rgb() * std::max(sky.to_sun_enu().z(), 0.0F));
   if (region_enu_m.isEmpty()) return;
@@ -115,8 +117,8 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
                          std::size_t number) {
   static const std::array<Eigen::Vector3d, kRays> kDirections = SphereDirections();
   const Eigen::Vector3d from = (low_ + cell_m_ * places_[number].cast<float>()).cast<double>();
-  Point& point = points_[number];
-  point.plate.fill(Eigen::Array3f::Zero());
+  std::array<Eigen::Array3f, 6> plates;
+  plates.fill(Eigen::Array3f::Zero());
   int back_sides = 0;
   for (int first = 0; first < kRays; first += kPacketRays) {
     RayPacket rays;
@@ -146,7 +148,7 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
       const Eigen::Vector3f d = kDirections[static_cast<std::size_t>(first + lane)].cast<float>();
       Eigen::Array3f light;
       if (!met[l].hit()) {
-        light = sky.Radiance(d);
+        light = sky_light_[static_cast<std::size_t>(first + lane)];
       } else {
         const auto& base = scene.materials()[met[l].material].base_rgb;
         light = kSecondHandSky * open_sky_ * (0.6F + 0.4F * met[l].normal_enu.z());
@@ -157,11 +159,18 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
       }
       for (int axis = 0; axis < 3; ++axis) {
         const auto plate = static_cast<std::size_t>(2 * axis + (d[axis] > 0.0F ? 0 : 1));
-        point.plate[plate] += 4.0F / kRays * std::abs(d[axis]) * light;
+        plates[plate] += 4.0F / kRays * std::abs(d[axis]) * light;
       }
     }
   }
+  Point& point = points_[number];
   point.inside_solid = back_sides > kInsideShare * kRays;
+  for (std::size_t plate = 0; plate < 6; ++plate) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float steps = plates[plate][static_cast<Eigen::Index>(c)] / kLightStep + 0.5F;
+      point.plates[4 * plate + c] = static_cast<std::uint16_t>(std::min(steps, 65535.0F));
+    }
+  }
 }
 
 Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m,
@@ -169,8 +178,9 @@ Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m,
   const Eigen::Vector3f place =
       (place_enu_m.cast<float>() + 0.5F * cell_m_ * normal_enu - low_) / cell_m_;
   const Eigen::Vector3i cell(FloorInt(place.x()), FloorInt(place.y()), FloorInt(place.z()));
-  const Eigen::Array3f squares = normal_enu.array().square();
-  Eigen::Array3f sum = Eigen::Array3f::Zero();
+  std::array<const Point*, 8> near{};
+  std::array<float, 8> weight{};
+  std::size_t count = 0;
   float weights = 0.0F;
   bool near_surface = false;
   if ((cell.array() >= 0).all() && (cell.array() + 1 < size_.array()).all()) {
@@ -184,15 +194,27 @@ Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m,
       near_surface = true;
       const Point& point = points_[static_cast<std::size_t>(number)];
       if (point.inside_solid) continue;
-      const float weight = (i != 0 ? f.x() : 1.0F - f.x()) * (j != 0 ? f.y() : 1.0F - f.y()) *
-                           (k != 0 ? f.z() : 1.0F - f.z());
-      sum += weight * (squares.x() * point.plate[normal_enu.x() > 0.0F ? 0 : 1] +
-                       squares.y() * point.plate[normal_enu.y() > 0.0F ? 2 : 3] +
-                       squares.z() * point.plate[normal_enu.z() > 0.0F ? 4 : 5]);
-      weights += weight;
+      near[count] = &point;
+      weight[count] = (i != 0 ? f.x() : 1.0F - f.x()) * (j != 0 ? f.y() : 1.0F - f.y()) *
+                      (k != 0 ? f.z() : 1.0F - f.z());
+      weights += weight[count++];
     }
   }
-  if (weights > 0.02F) return sum / weights;
+  if (weights > 0.02F) {
+    std::array<float, 4> sum{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const float square = normal_enu[axis] * normal_enu[axis];
+      if (square < kLeastSquare) continue;  // most surfaces face along an axis
+      const auto first = static_cast<std::size_t>(8 * axis + (normal_enu[axis] > 0.0F ? 0 : 4));
+      for (std::size_t n = 0; n < count; ++n) {
+        const float share = weight[n] * square;
+        for (std::size_t c = 0; c < 4; ++c) {
+          sum[c] += share * static_cast<float>(near[n]->plates[first + c]);
+        }
+      }
+    }
+    return Eigen::Array3f(sum[0], sum[1], sum[2]) * (kLightStep / weights);
+  }
   if (near_surface) return kBetweenSolids * open_sky_;
   const float up = 0.5F + 0.5F * normal_enu.z();  // in the open air, as the robot's own body
   return open_sky_ * up + open_ground_ * (1.0F - up);

@@ -12,7 +12,7 @@ struct LightSettings {
   std::uint32_t sky_seed = 1;  ///< which clouds
   int sky_columns = 2048;      ///< texels round the horizon
   double cell_m = 0.5;         ///< between the points where light is measured; at least this
-  int max_points = 300'000;    ///< for a large site the cells grow until these suffice
+  int max_points = 200'000;    ///< for a large site the cells grow until these suffice
 };
 
 /// Light that does not come straight from the sun, at any place of a scene: of the part of the sky
@@ -36,8 +36,10 @@ class LightField {
   std::size_t point_count() const { return points_.size(); }
 
  private:
-  struct Point {
-    std::array<Eigen::Array3f, 6> plate;  ///< facing +e, -e, +n, -n, +u, -u
+  /// A cache line: light on plates facing +e, -e, +n, -n, +u, -u as red, green, blue and nothing,
+  /// in steps of kLightStep.
+  struct alignas(64) Point {
+    std::array<std::uint16_t, 24> plates{};
     bool inside_solid = false;
   };
   bool PlacePoints(const RayScene& scene, const Eigen::AlignedBox3f& region,
@@ -57,6 +59,7 @@ class LightField {
   std::vector<std::int32_t> point_at_;  ///< of a grid place; -1: none
   std::vector<Eigen::Vector3i> places_;
   std::vector<Point> points_;
+  std::vector<Eigen::Array3f> sky_light_;  ///< of the directions in which points look
   Eigen::Array3f open_sky_, open_ground_;  ///< where there are no points
 };
 

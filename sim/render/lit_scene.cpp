@@ -16,12 +16,19 @@ constexpr double kShadowOffset_m = 0.001;
 constexpr float kMargin_m = 6.0F;
 /// Sine of the angle below which a surface is seen no more grazing than this.
 constexpr float kMinGrazing = 0.02F;
-/// Far things take on the haze's colour over this range [m].
+/// Half of what is seen at this range is haze [m].
 constexpr float kVisibility_m = 1800.0F;
 /// Reflections weaker than this are not worth a ray.
 constexpr float kLeastMirror = 0.01F;
 /// Mirrored things are seen coarsely: a pane is never quite flat.
 constexpr float kMirrorBlur_rad = 0.006F;
+
+template <unsigned kExponent>
+float Power(float x) {
+  if constexpr (kExponent == 0) return 1.0F;
+  const float half = Power<kExponent / 2>(x);
+  return kExponent % 2 == 0 ? half * half : half * half * x;
+}
 
 bool LetsLightThrough(const Material& material) {
   return material.pattern == Pattern::kLeaves || material.pattern == Pattern::kGrass;
@@ -111,7 +118,7 @@ Eigen::Array3f LitScene::Shade(const SurfaceView& view, bool may_mirror) const {
 
   if (colour.gloss > 0.0F) {
     // Schlick's approximation of Fresnel; rough things never become mirrors.
-    const float grazing = std::pow(1.0F - cosine, 5.0F);
+    const float grazing = Power<5>(1.0F - cosine);
     const float share =
         colour.gloss + (std::min(0.9F, 8.0F * colour.gloss) - colour.gloss) * grazing;
     const Eigen::Vector3f bounced =
@@ -124,11 +131,11 @@ Eigen::Array3f LitScene::Shade(const SurfaceView& view, bool may_mirror) const {
     }
     if (view.sunlit && normal.dot(to_sun) > 0.0F) {
       const float shine = std::max(bounced.dot(to_sun), 0.0F);
-      mirrored += sky_.sun_rgb() * (6.0F * std::pow(shine, 80.0F));
+      mirrored += sky_.sun_rgb() * (6.0F * Power<80>(shine));
     }
     out = out * (1.0F - share) + mirrored * share;
   }
-  const float haze = 1.0F - std::exp(-range_m / kVisibility_m);
+  const float haze = range_m / (range_m + kVisibility_m);
   return out + (sky_.haze_rgb() - out) * haze;
 }
 

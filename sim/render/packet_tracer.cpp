@@ -15,7 +15,7 @@ constexpr double kShadowReach = 6.0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::uint32_t SurfaceKey(const RayHit& hit, bool sunlit) {
-  const auto part = [&](float x) { return static_cast<std::int32_t>(std::lround(8.0F * x)); };
+  const auto part = [&](float x) { return FloorInt(8.0F * x + 0.5F); };
   return HashCell(part(hit.normal_enu.x()),
                   part(hit.normal_enu.y()) * 64 + part(hit.normal_enu.z()),
                   hit.object * 2U + (sunlit ? 1U : 0U) + hit.material * 0x10001U);

@@ -6,18 +6,19 @@ namespace {
 
 /// Thin dark lines along the zeros of a bent noise; `width_m` wide, averaged over the footprint.
 float Cracks(const PatternPlace& p, float wavelength_m, float width_m, std::uint32_t salt) {
+  const float blur_m = std::max(p.width, 0.3F * width_m);
+  const float share = std::min(1.0F, width_m / blur_m);
+  if (share < 0.03F) return 0.0F;
+  // Not everywhere: whole parts of a road are sound.
+  const float where = SmoothStep(0.1F, 0.5F, Noise2(p.u / 7.0F, p.v / 7.0F, p.seed + salt + 3U));
+  if (where <= 0.0F) return 0.0F;
   const float bend_u = 0.35F * Noise2(p.u / 0.4F, p.v / 0.4F, p.seed + salt + 1U);
   const float bend_v = 0.35F * Noise2(p.u / 0.4F, p.v / 0.4F, p.seed + salt + 2U);
   const float value =
       Noise2((p.u + bend_u) / wavelength_m, (p.v + bend_v) / wavelength_m, p.seed + salt);
   // The noise crosses zero with a slope of about 1.5 a wavelength.
   const float distance_m = std::abs(value) * wavelength_m / 1.5F;
-  const float blur_m = std::max(p.width, 0.3F * width_m);
-  const float share = std::min(1.0F, width_m / blur_m);
-  const float line = 1.0F - SmoothStep(0.5F * width_m, 0.5F * width_m + blur_m, distance_m);
-  // Not everywhere: whole parts of a road are sound.
-  const float where = SmoothStep(0.1F, 0.5F, Noise2(p.u / 7.0F, p.v / 7.0F, p.seed + salt + 3U));
-  return where * line * share;
+  return where * share * (1.0F - SmoothStep(0.5F * width_m, 0.5F * width_m + blur_m, distance_m));
 }
 
 }  // namespace
@@ -25,8 +26,8 @@ float Cracks(const PatternPlace& p, float wavelength_m, float width_m, std::uint
 SurfaceColour AsphaltColour(const PatternPlace& p) {
   SurfaceColour c;
   // Stones of 8 to 12 mm in dark binder, worn light where wheels run; tone changes over metres.
-  float tone = 0.10F * Fractal2(p.u, p.v, 4.5F, 3, 0.6F, p.width, p.seed + 1U) +
-               0.11F * Fractal2(p.u, p.v, 0.5F, 7, 0.85F, p.width, p.seed + 2U);
+  float tone = 0.08F * Fractal2(p.u, p.v, 4.5F, 3, 0.6F, p.width, p.seed + 1U) +
+               0.055F * Fractal2(p.u, p.v, 0.6F, 8, 1.15F, p.width, p.seed + 2U);
   Eigen::Array3f colour = p.base;
   const float stones = DetailLeft(0.012F, p.width);
   if (stones > 0.0F) {
@@ -64,7 +65,7 @@ SurfaceColour AsphaltColour(const PatternPlace& p) {
 SurfaceColour SoilColour(const PatternPlace& p) {
   SurfaceColour c;
   const float broad = Fractal2(p.u, p.v, 2.6F, 3, 0.6F, p.width, p.seed + 1U);
-  const float crumbs = Fractal2(p.u, p.v, 0.16F, 4, 0.8F, p.width, p.seed + 2U);
+  const float crumbs = 0.6F * Fractal2(p.u, p.v, 0.6F, 7, 1.08F, p.width, p.seed + 2U);
   Eigen::Array3f colour = Blend(p.base, p.second, SmoothStep(-0.3F, 0.9F, broad));
   float tone = 0.17F * crumbs;
   const float size_m = std::clamp(0.5F * p.material.scale_m, 0.01F, 0.10F);

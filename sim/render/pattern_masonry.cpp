@@ -28,8 +28,8 @@ SurfaceColour PlainColour(const PatternPlace& p) {
 SurfaceColour ConcreteColour(const PatternPlace& p) {
   SurfaceColour c;
   const float blotches = Weather(p, 1.7F, 4);
-  const float grain = Fractal2(p.u, p.v, 0.06F, 4, 0.75F, p.width, p.seed + 31U);
-  float tone = 0.11F * blotches + 0.075F * grain + 0.06F * Streaks(p, 0.22F, 2.4F, 41U);
+  const float grain = Fractal2(p.u, p.v, 0.25F, 7, 0.95F, p.width, p.seed + 31U);
+  float tone = 0.09F * blotches + 0.05F * grain + 0.06F * Streaks(p, 0.22F, 2.4F, 41U);
   // Pores and stains: only the dark end of a noise.
   const float stain = Fractal2(p.u, p.v, 0.9F, 3, 0.6F, p.width, p.seed + 53U);
   tone -= 0.18F * SmoothStep(0.45F, 1.0F, stain);
@@ -104,7 +104,7 @@ SurfaceColour TilesColour(const PatternPlace& p) {
 SurfaceColour CorrugatedColour(const PatternPlace& p) {
   SurfaceColour c;
   const float wave = std::max(p.material.scale_m, 0.01F);
-  const float phase = p.u / wave - std::floor(p.u / wave);
+  const float phase = p.u / wave - static_cast<float>(FloorInt(p.u / wave));
   const float seen = DetailLeft(wave, p.width_u);
   const float angle = 6.2831853F * phase;
   c.slope_u = 0.75F * p.contrast * seen * std::cos(angle);

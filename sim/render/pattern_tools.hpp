@@ -29,7 +29,7 @@ inline Eigen::Array3f Blend(const Eigen::Array3f& a, const Eigen::Array3f& b, fl
 /// `period`: the exact box average of a grid of lines.
 inline float JointShare(float x, float width, float period, float joint) {
   const auto covered = [&](float to) {
-    const float turns = std::floor(to / period);
+    const auto turns = static_cast<float>(FloorInt(to / period));
     return turns * joint + std::min(to - turns * period, joint);
   };
   const float w = std::max(width, 1e-4F);

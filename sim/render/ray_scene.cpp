@@ -35,7 +35,6 @@ using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneDelete
 struct Triangle {
   Eigen::Vector3d normal;  ///< unit
   Eigen::Vector3f corner;
-  Eigen::Vector3f edge1, edge2;  ///< from the corner
   Eigen::Vector3f gradient_u, gradient_v;
   Eigen::Vector2f uv;  ///< at the corner
   std::uint32_t object;
@@ -97,8 +96,6 @@ bool MakeTriangle(const Mesh& mesh, const std::array<std::uint32_t, 3>& corners,
   if (!(area > 0.0)) return false;
   out.normal = across / area;
   out.corner = mesh.vertices_m[corners[0]];
-  out.edge1 = e1.cast<float>();
-  out.edge2 = e2.cast<float>();
   out.uv = mesh.uv_m[corners[0]];
   const Eigen::Vector2d d1 = (mesh.uv_m[corners[1]] - out.uv).cast<double>();
   const Eigen::Vector2d d2 = (mesh.uv_m[corners[2]] - out.uv).cast<double>();
@@ -116,6 +113,7 @@ struct RayScene::Impl {
   std::vector<EmbreeScene> stages;
   std::vector<double> changes_s;  ///< ascending; span k ends at changes_s[k]
   std::vector<Triangle> triangles;
+  std::vector<std::array<Eigen::Vector3f, 2>> edges;  ///< of a triangle, from its first corner
   std::vector<Group> groups;
   /// Of group g (Embree's geometry number), in `order`.
   std::vector<std::uint32_t> group_first;
@@ -166,6 +164,8 @@ void RayScene::Impl::AddMeshes(const Scene& scene) {
       group.triangle.push_back(static_cast<std::uint32_t>(triangles.size()));
       group.corners.push_back({first + corners[0], first + corners[1], first + corners[2]});
       triangles.push_back(triangle);
+      edges.push_back({mesh.vertices_m[corners[1]] - triangle.corner,
+                       mesh.vertices_m[corners[2]] - triangle.corner});
       for (const std::uint32_t c : corners) box.extend(mesh.vertices_m[c]);
     }
     group.vertices.insert(group.vertices.end(), mesh.vertices_m.begin(), mesh.vertices_m.end());
@@ -222,8 +222,7 @@ core::Expected<RayScene> RayScene::Create(const Scene& scene) {
     if (auto good = CheckMesh(scene, number); !good) return tl::unexpected(good.error());
   }
   auto impl = std::make_shared<Impl>();
-  // Wider registers than AVX2's gain nothing here and would round differently on other machines.
-  impl->device.reset(rtcNewDevice("isa=avx2"));
+  impl->device.reset(rtcNewDevice(nullptr));
   if (!impl->device) {
     return core::Fail(core::ErrorCode::kUnavailable,
                       "Embree: no device (error " +
@@ -345,29 +344,57 @@ RayHit RayScene::Resolve(std::uint32_t number, float range_m, const Eigen::Vecto
   return hit;
 }
 
+namespace {
+
+RTCRay SingleRay(const Eigen::Vector3d& origin_enu_m, const Eigen::Vector3d& direction_enu,
+                 float max_range_m, std::uint32_t mask) {
+  const Eigen::Vector3f from = origin_enu_m.cast<float>();
+  const Eigen::Vector3f to = direction_enu.cast<float>();
+  RTCRay ray{};
+  ray.org_x = from.x();
+  ray.org_y = from.y();
+  ray.org_z = from.z();
+  ray.dir_x = to.x();
+  ray.dir_y = to.y();
+  ray.dir_z = to.z();
+  ray.tfar = max_range_m;
+  ray.mask = mask;
+  return ray;
+}
+
+}  // namespace
+
 RayHit RayScene::Cast(const Eigen::Vector3d& origin_enu_m, const Eigen::Vector3d& direction_enu,
                       const Moment& moment) const {
-  RayPacket rays;
-  rays.Set(0, origin_enu_m, direction_enu.normalized());
-  PacketHits hits;
-  Intersect(rays, moment, hits);
-  if (hits.triangle[0] == kNoTriangle) return {};
-  return Resolve(hits.triangle[0], hits.range_m[0], origin_enu_m, direction_enu.normalized());
+  const Eigen::Vector3d unit = direction_enu.normalized();
+  RTCRayHit query{};
+  query.ray = SingleRay(origin_enu_m, unit, std::numeric_limits<float>::infinity(), moment.mask);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(impl_->stages[moment.stage].get(), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return Resolve(impl_->TriangleOf(query.hit.geomID, query.hit.primID), query.ray.tfar,
+                 origin_enu_m, unit);
 }
 
 bool RayScene::Blocked(const Eigen::Vector3d& origin_enu_m, const Eigen::Vector3d& direction_enu,
                        double max_range_m, const Moment& moment) const {
-  RayPacket rays;
-  rays.Set(0, origin_enu_m, direction_enu.normalized(), static_cast<float>(max_range_m));
-  return Blocked(rays, moment) != 0;
+  RTCRay ray = SingleRay(origin_enu_m, direction_enu.normalized(), static_cast<float>(max_range_m),
+                         moment.mask);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(impl_->stages[moment.stage].get(), &context, &ray);
+  return ray.tfar < 0.0F;
 }
 
 const std::vector<Material>& RayScene::materials() const { return impl_->materials; }
 const Sun& RayScene::sun() const { return impl_->sun; }
 std::size_t RayScene::triangle_count() const { return impl_->triangles.size(); }
 std::array<Eigen::Vector3f, 3> RayScene::Corners(std::size_t number) const {
-  const Triangle& t = impl_->triangles[number];
-  return {t.corner, t.corner + t.edge1, t.corner + t.edge2};
+  const Eigen::Vector3f& corner = impl_->triangles[number].corner;
+  return {corner, corner + impl_->edges[number][0], corner + impl_->edges[number][1]};
 }
 const Eigen::Vector3f& RayScene::low_enu_m() const { return impl_->low; }
 const Eigen::Vector3f& RayScene::high_enu_m() const { return impl_->high; }

@@ -52,7 +52,8 @@ struct RayHit {
 /// for ground seen at a grazing angle. Triangles without area are left out.
 ///
 /// Immutable after Create; any number of threads cast at once. The same rays in the same packets
-/// give the same bits.
+/// give the same bits on the same kind of processor (on others a ray that runs into an edge may
+/// name the other of its triangles).
 class RayScene {
  public:
   /// kInvalidArgument: a mesh whose indices lead nowhere, coordinates that are not finite, object

@@ -18,9 +18,9 @@ struct CameraSettings {
   /// Light of a pixel is the mean of this many rays where something ends or a shadow falls; one ray
   /// suffices elsewhere, because surfaces are averaged over the pixel beforehand. Odd (the pixel's
   /// centre and pairs round it); even numbers count as the next odd one.
-  int samples = 5;
+  int samples = 3;
   /// Pixels that move further than this during the exposure take more rays along the way.
-  double still_px = 0.6;
+  double still_px = 1.0;
   int max_blur_samples = 17;
   int threads = 0;  ///< 0: all the machine has
   LensSettings lens;

@@ -112,7 +112,9 @@ RobotBody SurveyRobotBody(double camera_above_deck_m) {
     b.AddBox({-0.66, std::min(inner, outer), deck - 0.30},
              {0.64, std::max(inner, outer), deck - 0.06}, black);
   }
-  b.AddBox({0.36, -0.09, deck}, {0.56, 0.09, deck + 0.19}, yellow);   // laser scanner
+  b.AddBox({0.40, -0.08, deck}, {0.54, 0.08, deck + 0.07}, yellow);            // laser scanner
+  b.AddBox({0.415, -0.075, deck + 0.07}, {0.535, 0.075, deck + 0.12}, black);  // and its window
+  b.AddBox({0.40, -0.08, deck + 0.12}, {0.54, 0.08, deck + 0.16}, yellow);
   b.AddBox({-0.50, -0.26, deck}, {-0.16, 0.04, deck + 0.14}, black);  // computer
   b.AddBox({-0.44, 0.12, deck}, {-0.20, 0.30, deck + 0.10}, yellow);  // radio
   b.AddCylinder(0.0, 0.0, deck, -0.12, 0.035, black);                 // camera's mast

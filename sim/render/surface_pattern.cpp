@@ -7,7 +7,7 @@ namespace {
 
 /// A pixel longer than this many times its width is taken as shorter: a little aliasing along the
 /// line of sight instead of all texture gone.
-constexpr float kMaxStretch = 3.0F;
+constexpr float kMaxStretch = 2.0F;
 
 SurfaceColour Dispatch(const PatternPlace& p) {
   switch (p.material.pattern) {
