@@ -23,7 +23,7 @@ constexpr float kOpenGround = 0.2F;
 /// A point whose rays meet more back sides than this share is inside something.
 constexpr double kInsideShare = 0.25;
 /// Where all points round a place are inside something (under a car), of the open sky's light.
-constexpr float kBetweenSolids = 0.05F;
+constexpr float kBetweenSolids = 0.22F;
 constexpr float kShadowOffset_m = 0.002F;
 /// Light on what a ray meets is taken as this share of the open sky's (it is not measured again).
 constexpr float kSecondHandSky = 0.6F;

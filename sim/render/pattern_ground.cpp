@@ -65,7 +65,7 @@ SurfaceColour AsphaltColour(const PatternPlace& p) {
 SurfaceColour SoilColour(const PatternPlace& p) {
   SurfaceColour c;
   const float broad = Fractal2(p.u, p.v, 2.6F, 3, 0.6F, p.width, p.seed + 1U);
-  const float crumbs = 0.6F * Fractal2(p.u, p.v, 0.6F, 7, 1.08F, p.width, p.seed + 2U);
+  const float crumbs = 0.85F * Fractal2(p.u, p.v, 0.6F, 7, 1.0F, p.width, p.seed + 2U);
   Eigen::Array3f colour = Blend(p.base, p.second, SmoothStep(-0.3F, 0.9F, broad));
   float tone = 0.17F * crumbs;
   const float size_m = std::clamp(0.5F * p.material.scale_m, 0.01F, 0.10F);
