@@ -107,8 +107,8 @@ bool LightField::PlacePoints(const RayScene& scene, const Eigen::AlignedBox3f& r
         add_round(corners[0] + s * e1 + r * e2 + off);
         if (r >= 1.0F - s) break;
       }
+      if (places_.size() > max_points) return false;
     }
-    if (places_.size() > max_points) return false;
   }
   return true;
 }

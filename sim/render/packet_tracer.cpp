@@ -1,7 +1,6 @@
 #include "sim/render/packet_tracer.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "core/check.hpp"
 #include "sim/render/noise2.hpp"
@@ -12,7 +11,6 @@ namespace {
 /// A body casts its shadow at most this many times its own size far; beyond, the sun is too low to
 /// matter for a picture.
 constexpr double kShadowReach = 6.0;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::uint32_t SurfaceKey(const RayHit& hit, bool sunlit) {
   const auto part = [&](float x) { return FloorInt(8.0F * x + 0.5F); };
@@ -42,8 +40,8 @@ PacketTracer::PacketTracer(std::shared_ptr<const LitScene> scene, const RobotBod
   core::Expected<RayScene> made = RayScene::Create(alone);
   CORE_CHECK(made.has_value());  // a body is made by the program, not read
   body_.emplace(std::move(*made));
-  const double size_m = std::max(body_->low_enu_m().norm(), body_->high_enu_m().norm());
-  body_reach_m_ = kShadowReach * size_m;
+  const float size_m = std::max(body_->low_enu_m().norm(), body_->high_enu_m().norm());
+  body_reach_m_ = kShadowReach * static_cast<double>(size_m);
 }
 
 bool PacketTracer::MeetsBody(const Eigen::Vector3d& direction_camera) const {

@@ -19,6 +19,8 @@ namespace {
 
 /// Rays a task works on; a multiple of a packet.
 constexpr std::size_t kChunk = 1024;
+/// Streaks are looked for no farther than this from what makes them.
+constexpr float kLongestReach_px = 12.0F;
 /// What dirt scatters, as a share of the light from an open sky.
 constexpr float kVeilLight = 0.8F;
 
@@ -61,6 +63,8 @@ struct Renderer::Impl {
   void InChunks(std::size_t size, const Work& work) const;
   struct Exposing;
   void TraceCentres(Exposing& e, std::size_t first, std::size_t last) const;
+  double BlurOf(const Exposing& e, std::size_t ray) const;
+  void FindBlur(Exposing& e) const;
   int SamplesFor(const Exposing& e, std::size_t ray) const;
   void Refine(Exposing& e, std::size_t first, std::size_t last) const;
   void Develop(const Exposing& e, const RenderRequest& request, RenderedFrame& frame) const;
@@ -70,11 +74,12 @@ struct Renderer::Impl {
 struct Renderer::Impl::Exposing {
   ShutterPoses poses;
   RayScene::Moment moment;
-  bool moving = false;
   std::vector<Eigen::Array3f> light;  ///< one a ray of the table
   std::vector<float> range_m;
   std::vector<std::uint32_t> object, key;
   std::vector<double> chunk_sum;
+  std::vector<float> blur_px;  ///< empty: nothing moves during the exposure
+  int streak_reach_px = 1;     ///< how far from its place anything's streak may be seen
 };
 
 Renderer::Impl::Impl(std::shared_ptr<const LitScene> scene,
@@ -150,43 +155,68 @@ void Renderer::Impl::TraceCentres(Exposing& e, std::size_t first, std::size_t la
   }
 }
 
-// More than one where a neighbour shows another surface, and where the picture moves.
+// How far the place a pixel sees wanders over the picture while the shutter is open [px].
+double Renderer::Impl::BlurOf(const Exposing& e, std::size_t number) const {
+  if (e.object[number] == kRobotBodyObject) return 0.0;
+  const PixelRay& pixel = table.rays[number];
+  const ShutterPoses::Pose& middle = e.poses.At(pixel.v, 0);
+  const Eigen::Vector3d ray = middle.R_enu_camera * pixel.direction_camera;
+  const auto direction_at = [&](int instant) -> Eigen::Vector3d {
+    const ShutterPoses::Pose& pose = e.poses.At(pixel.v, instant);
+    Eigen::Vector3d to = ray;
+    if (e.object[number] != 0) {
+      to += (middle.origin_enu_m - pose.origin_enu_m) / static_cast<double>(e.range_m[number]);
+    }
+    return pose.R_enu_camera.transpose() * to.normalized();
+  };
+  return (direction_at(ShutterPoses::kHalf) - direction_at(-ShutterPoses::kHalf)).norm() /
+         static_cast<double>(pixel.pixel_rad);
+}
+
+void Renderer::Impl::FindBlur(Exposing& e) const {
+  e.blur_px.resize(table.rays.size());
+  std::vector<float> longest(e.chunk_sum.size());
+  InChunks(table.rays.size(), [&](std::size_t chunk, std::size_t first, std::size_t last) {
+    for (std::size_t number = first; number < last; ++number) {
+      e.blur_px[number] = static_cast<float>(BlurOf(e, number));
+      longest[chunk] = std::max(longest[chunk], e.blur_px[number]);
+    }
+  });
+  const float most = longest.empty() ? 0.0F : *std::max_element(longest.begin(), longest.end());
+  if (static_cast<double>(most) <= settings.still_px) {
+    e.blur_px.clear();
+  } else {
+    e.streak_reach_px = static_cast<int>(std::min(most / 2, kLongestReach_px)) + 1;
+  }
+}
+
+// More than one where a neighbour shows another surface, where the picture moves, and where the
+// streak of something near that moves may reach.
 int Renderer::Impl::SamplesFor(const Exposing& e, std::size_t number) const {
   const PixelRay& pixel = table.rays[number];
   const int width = camera->width_px();
   int samples = 1;
-  if (settings.samples > 1) {
-    constexpr std::array<std::array<int, 2>, 4> kBeside{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
-    for (const auto& [du, dv] : kBeside) {
-      const int u = pixel.u + du;
-      const int v = pixel.v + dv;
+  double blur_px = e.blur_px.empty() ? 0.0 : static_cast<double>(e.blur_px[number]);
+  constexpr std::array<std::array<int, 2>, 8> kWays{
+      {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
+  for (int step = 1; step <= e.streak_reach_px; ++step) {
+    for (std::size_t way = 0; way < (step == 1 && e.streak_reach_px == 1 ? 4U : 8U); ++way) {
+      const int u = pixel.u + step * kWays[way][0];
+      const int v = pixel.v + step * kWays[way][1];
       if (u < 0 || v < 0 || u >= width || v >= camera->height_px()) continue;
-      const std::int32_t other = table.ray_at[static_cast<std::size_t>(v * width + u)];
-      if (other >= 0 && e.key[static_cast<std::size_t>(other)] != e.key[number]) {
-        samples = settings.samples;
-        break;
+      const std::int32_t at = table.ray_at[static_cast<std::size_t>(v * width + u)];
+      if (at < 0) continue;
+      const auto other = static_cast<std::size_t>(at);
+      if (e.key[other] == e.key[number]) continue;
+      if (step == 1 && way < 4) samples = settings.samples;
+      if (!e.blur_px.empty() && e.blur_px[other] / 2 + 1 >= static_cast<float>(step)) {
+        blur_px = std::max(blur_px, static_cast<double>(e.blur_px[other]));
       }
     }
   }
-  if (e.moving && e.object[number] != kRobotBodyObject) {
-    // How far the place seen wanders over the picture while the shutter is open.
-    const ShutterPoses::Pose& middle = e.poses.At(pixel.v, 0);
-    const Eigen::Vector3d ray = middle.R_enu_camera * pixel.direction_camera;
-    const auto direction_at = [&](int instant) -> Eigen::Vector3d {
-      const ShutterPoses::Pose& pose = e.poses.At(pixel.v, instant);
-      Eigen::Vector3d to = ray;
-      if (e.object[number] != 0) {
-        to += (middle.origin_enu_m - pose.origin_enu_m) / static_cast<double>(e.range_m[number]);
-      }
-      return pose.R_enu_camera.transpose() * to.normalized();
-    };
-    const double blur_px =
-        (direction_at(ShutterPoses::kHalf) - direction_at(-ShutterPoses::kHalf)).norm() /
-        static_cast<double>(pixel.pixel_rad);
-    if (blur_px > settings.still_px) {
-      const int wanted = static_cast<int>(std::min(1.5 * blur_px, 64.0)) + 2;
-      samples = std::max(samples, std::min(wanted | 1, settings.max_blur_samples));
-    }
+  if (blur_px > settings.still_px) {
+    const int wanted = static_cast<int>(std::min(1.5 * blur_px, 64.0)) + 2;
+    samples = std::max(samples, std::min(wanted | 1, settings.max_blur_samples));
   }
   return samples;
 }
@@ -286,15 +316,17 @@ RenderedFrame Renderer::Render(const RenderRequest& request) const {
   Impl::Exposing e{
       ShutterPoses(request.enu_from_camera, request.exposure_s, request.readout_s, frame.height_px),
       impl_->tracer.scene().rays().MomentAt(request.time_s),
-      request.exposure_s > 0.0,
       std::vector<Eigen::Array3f>(rays),
       std::vector<float>(rays),
       std::vector<std::uint32_t>(rays),
       std::vector<std::uint32_t>(rays),
-      std::vector<double>((rays + kChunk - 1) / kChunk)};
+      std::vector<double>((rays + kChunk - 1) / kChunk),
+      {},
+      1};
   impl_->InChunks(rays, [&](std::size_t, std::size_t first, std::size_t last) {
     impl_->TraceCentres(e, first, last);
   });
+  if (request.exposure_s > 0.0) impl_->FindBlur(e);
   impl_->InChunks(rays, [&](std::size_t chunk, std::size_t first, std::size_t last) {
     impl_->Refine(e, first, last);
     double sum = 0.0;

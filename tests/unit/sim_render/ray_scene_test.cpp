@@ -43,10 +43,10 @@ TEST(RayScene, AGroundIsMetWhereThePlaneIsAlsoAtGrazingAngles) {
 }
 
 TEST(RayScene, ABallIsMetWithinItsFacets) {
-  // Facets of 2 m * (pi/300)^2 / 2 = 0.11 mm at the most, 0.05 mm along each direction.
+  // Facets lie up to (pi / 160)^2 / 4 = 0.1 mm inside the ball of 1 m.
   Scene scene;
   const Vector3d center(3.0, -2.0, 1.0);
-  AddSphere(scene, center, 1.0, 400, 1, AddMaterial(scene));
+  AddSphere(scene, center, 1.0, 160, 1, AddMaterial(scene));
   const RayScene rays = *RayScene::Create(scene);
   Dice dice(4);
   for (int i = 0; i < 3000; ++i) {

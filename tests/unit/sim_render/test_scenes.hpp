@@ -72,7 +72,7 @@ inline void AddBox(Scene& scene, const Eigen::Vector3d& low, const Eigen::Vector
   scene.meshes.push_back(mesh);
 }
 
-/// A globe whose faces lie at most `radius (1 - cos(pi / steps))` or so inside the sphere.
+/// A globe of 4 steps^2 faces, which lie at most radius (pi / steps)^2 / 4 inside the sphere.
 inline void AddSphere(Scene& scene, const Eigen::Vector3d& center, double radius_m, int steps,
                       std::uint32_t object, std::uint32_t material) {
   Mesh mesh;
@@ -118,8 +118,8 @@ inline Scene CornerScene() {
 inline std::shared_ptr<const LitScene> Lit(const Scene& scene) {
   LightSettings light;
   light.cell_m = 1.0;
-  light.max_points = 8000;
-  light.sky_columns = 256;
+  light.max_points = 2000;
+  light.sky_columns = 128;
   return *LitScene::Create(scene, light);
 }
 
@@ -132,6 +132,18 @@ inline std::shared_ptr<const vision::DoughnutCamera> Ring(int side_px) {
 inline std::shared_ptr<const vision::EquirectangularCamera> Sphere(int width_px) {
   return std::make_shared<vision::EquirectangularCamera>(*vision::EquirectangularCamera::Create(
       vision::PanoramaGeometry::Full(width_px, width_px / 2)));
+}
+
+/// The middle of such a picture: `size_px` pixels a side round the forward direction.
+inline std::shared_ptr<const vision::EquirectangularCamera> Ahead(int full_width_px, int size_px) {
+  const vision::PanoramaGeometry geometry{size_px,
+                                          size_px,
+                                          full_width_px,
+                                          full_width_px / 2,
+                                          (full_width_px - size_px) / 2,
+                                          (full_width_px / 2 - size_px) / 2};
+  return std::make_shared<vision::EquirectangularCamera>(
+      *vision::EquirectangularCamera::Create(geometry));
 }
 
 }  // namespace kawara::sim
