@@ -51,7 +51,7 @@ class ChainReader {
     return false;
   }
 
-  void AddDamage(LogDamage damage) {
+  void AddDamage(const LogDamage& damage) {
     stats_->damaged_bytes += damage.end - damage.begin;
     // One hole seen through two windows is one hole.
     if (damage.begin != 0 && damage.file == last_damage_file_ && damage.begin == last_damage_end_) {

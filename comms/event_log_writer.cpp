@@ -20,14 +20,14 @@ constexpr std::size_t kMaxUnsyncedEvents = 4096;
 
 EventLogWriter::EventLogWriter(std::filesystem::path path, LogWriterOptions options,
                                std::unique_ptr<OutputFile> file)
-    : path_(std::move(path)), options_(std::move(options)), file_(std::move(file)) {}
+    : path_(std::move(path)), options_(options), file_(std::move(file)) {}
 
 core::Expected<EventLogWriter> EventLogWriter::Create(const std::filesystem::path& path,
                                                       LogWriterOptions options,
                                                       FileSystem& file_system) {
   auto file = file_system.Create(path);
   if (!file) return tl::unexpected(std::move(file.error()));
-  return EventLogWriter(path, std::move(options), std::move(*file));
+  return EventLogWriter(path, options, std::move(*file));
 }
 
 core::Expected<void> EventLogWriter::Append(std::int64_t time_utc_us, std::string_view channel,

@@ -84,8 +84,8 @@ bool RecorderDisk::Take(RecordClass content, const MessageRing::Message& message
   if (t.waiting && (now < t.retry_at || !Settle(t, now))) return false;
   RollIfDue(t, now);
   if (!t.writer) return false;
-  const auto ok = t.writer->AppendNumbered(message.number, message.time_utc_us, message.channel,
-                                           message.data, now);
+  auto ok = t.writer->AppendNumbered(message.number, message.time_utc_us, message.channel,
+                                     message.data, now);
   // Unless it could not be a log event at all, the writer has it now, whatever the disk said.
   if (!ok && ok.error().code != core::ErrorCode::kInvalidArgument)
     (void)Settle(t, now, std::move(ok));

@@ -105,7 +105,7 @@ bool DecodeAntenna(BitReader& r, Rtcm2Antenna& a) {
 }  // namespace
 
 void DecodeRtcm2Body(Rtcm2Message& m) noexcept {
-  std::array<std::uint8_t, 31 * 3> bytes{};
+  std::array<std::uint8_t, std::size_t{31} * 3> bytes{};
   for (std::size_t i = 0; i < m.data_words; ++i) {
     for (std::size_t b = 0; b < 3; ++b) {
       bytes[3 * i + b] = static_cast<std::uint8_t>((m.data[i] >> (16 - 8 * b)) & 0xFFU);

@@ -13,7 +13,7 @@ namespace kawara::drivers {
 /// in. No allocation. One thread.
 class Rtcm2Encoder {
  public:
-  static constexpr std::size_t kMaxBytes = 33 * 5;
+  static constexpr std::size_t kMaxBytes = std::size_t{33} * 5;
 
   /// Header fields, data_words and data are written; `body` is not looked at. Valid until the next
   /// call.

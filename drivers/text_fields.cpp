@@ -212,7 +212,7 @@ double FieldReader::Angle(int max_degrees, char negative, char positive, bool& g
     return kNotSaid;
   }
   const std::int64_t numerator = degrees * 60 * unit + minutes;
-  if (numerator > max_degrees * 60 * unit) {
+  if (numerator > max_degrees * (60 * unit)) {
     ok_ = false;
     return kNotSaid;
   }

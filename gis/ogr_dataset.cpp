@@ -63,7 +63,7 @@ void OgrDataset::Closer::operator()(GDALDataset* dataset) const {
   GDALClose(dataset);
 }
 
-OgrDataset::OgrDataset(GDALDataset* dataset, std::string target)
+OgrDataset::OgrDataset(GDALDataset* dataset, const std::string& target)
     : dataset_(dataset), target_(WithoutPassword(target)), is_postgis_(IsPostgis(target)) {}
 OgrDataset::OgrDataset(OgrDataset&&) noexcept = default;
 OgrDataset& OgrDataset::operator=(OgrDataset&&) noexcept = default;

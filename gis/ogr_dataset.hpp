@@ -52,7 +52,7 @@ class OgrDataset {
   core::Expected<void> Sync(OGRLayer& layer, const std::string& time_column);
 
  private:
-  OgrDataset(GDALDataset* dataset, std::string target);
+  OgrDataset(GDALDataset* dataset, const std::string& target);
   static void TakeInJournal(const std::string& path);
   core::Error Classify(const std::string& doing, const std::string& gdal_message) const;
 

@@ -173,7 +173,8 @@ void RemapTable::ApplyBands(const ConstImageView& source, const ImageView& targe
   for (int band = first_band; band < end_band; ++band) {
     const int first_run = band * kBandRuns;
     RemapBand(pixels, &run(first_run, 0), std::min(kBandRuns, runs_per_row_ - first_run),
-              target_height_px_, entries_.data(), target.data + first_run * kRunPixels * kRgbBytes,
+              target_height_px_, entries_.data(),
+              target.data + std::ptrdiff_t{first_run} * kRunPixels * kRgbBytes,
               target.stride_bytes());
   }
 }
