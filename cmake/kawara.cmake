@@ -41,6 +41,27 @@ endforeach()
 target_include_directories(kawara_opencv SYSTEM INTERFACE /usr/include/opencv4)
 add_library(kawara::opencv ALIAS kawara_opencv)
 
+# Sanitizer builds compile everything once more; with what nearly every file reads compiled once, that costs half.
+# Never in the dev build, which shows an include that is missing. Libraries and programs must be compiled alike for it:
+# CMAKE_POSITION_INDEPENDENT_CODE off (else one is PIC, the other PIE).
+option(KAWARA_PRECOMPILE "Precompiled standard headers" OFF)
+if(KAWARA_PRECOMPILE)
+  find_package(Eigen3 REQUIRED)
+  file(WRITE ${PROJECT_BINARY_DIR}/precompiled.cpp "")
+  add_library(kawara_precompiled STATIC ${PROJECT_BINARY_DIR}/precompiled.cpp)
+  # Without its time of making, or ccache never meets the same one twice (run sets its CCACHE_SLOPPINESS).
+  target_compile_options(kawara_options INTERFACE "SHELL:-Xclang -fno-pch-timestamp")
+  target_link_libraries(kawara_precompiled PRIVATE kawara_options Eigen3::Eigen)
+  target_precompile_headers(kawara_precompiled PRIVATE
+    <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <chrono> <filesystem> <functional> <map> <memory> <mutex> <optional>
+    <span> <string> <thread> <variant> <vector>)
+endif()
+function(kawara_precompile target)
+  if(KAWARA_PRECOMPILE)
+    target_precompile_headers(${target} REUSE_FROM kawara_precompiled)
+  endif()
+endfunction()
+
 # kawara_library(core DEPS Eigen3::Eigen ...): all .cpp of the folder except main files (*_main.cpp, main.cpp).
 function(kawara_library name)
   cmake_parse_arguments(ARG "" "" "DEPS;PRIVATE_DEPS" ${ARGN})
@@ -49,6 +70,7 @@ function(kawara_library name)
   if(sources)
     add_library(kawara_${name} STATIC ${sources})
     target_link_libraries(kawara_${name} PUBLIC kawara_options ${ARG_DEPS} PRIVATE ${ARG_PRIVATE_DEPS})
+    kawara_precompile(kawara_${name})
   else()
     add_library(kawara_${name} INTERFACE)
     target_link_libraries(kawara_${name} INTERFACE kawara_options ${ARG_DEPS})

@@ -24,38 +24,56 @@ run_ctest() { # label-regex
   rm -f "$out"
 }
 
-# Unit tests of every folder under a sanitizer.
-run_sanitized() { # preset folder...
-  local preset=$1 folder
-  shift
-  local targets=()
-  for folder in "$@"; do targets+=("test_$folder"); done
-  build "$preset" "${targets[@]}" || { note "$preset build" 1; return; }
-  for folder in "$@"; do
-    local rc=0
-    ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1 \
-      in_netns "build/$preset/bin/test_$folder" --gtest_brief=1 || rc=$?
-    note "$preset test_$folder" "$rc"
+# The programs given, side by side, each with its output in out/checks/NAME.log, shown if it fails.
+run_side_by_side() { # stage [name command...]... as lines on standard input
+  local stage=$1 folder=out/checks
+  mkdir -p "$folder"
+  rm -f "$folder/$stage".*
+  export -f in_netns
+  xargs -P "$jobs" -I{} bash -c '
+    set -- {}
+    log=$0.$1.log
+    shift
+    "$@" >"$log" 2>&1
+    echo $? >"${log%.log}.rc"' "$folder/$stage"
+  local rc name
+  for rc in "$folder/$stage".*.rc; do
+    name=${rc#"$folder/"}
+    name=${name%.rc}
+    [ "$(cat "$rc")" = 0 ] || tail -n 40 "${rc%.rc}.log" >&2
+    note "$name" "$(cat "$rc")"
   done
 }
 
-# Every fuzzer for some seconds over its committed corpus.
-run_fuzz() { # seconds [target...]
-  local seconds=$1 name rc corpus
+# Unit tests of folders under a sanitizer.
+run_sanitized() { # preset folder...
+  local preset=$1 folder
   shift
-  build asan || { note "fuzz build" 1; return; }
+  # shellcheck disable=SC2046
+  build "$preset" $(printf 'test_%s\n' "$@") || { note "$preset build" 1; return; }
+  ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1 \
+    TSAN_OPTIONS="halt_on_error=1 suppressions=$PWD/scripts/tsan.suppress" \
+    run_side_by_side "$preset" < <(for folder in "$@"; do echo "$folder in_netns build/$preset/bin/test_$folder --gtest_brief=1"; done)
+}
+
+fuzz_targets() { find tests/fuzz -name '*_fuzz.cpp' -printf '%f\n' | sed 's/_fuzz.cpp$//' | sort; }
+
+# Every fuzzer for some seconds, from its committed corpus and what earlier runs found (out/fuzz/NAME).
+run_fuzz() { # seconds [target...]
+  local seconds=$1 name log
+  shift
   local names=("$@")
-  [ ${#names[@]} -gt 0 ] || for name in build/asan/bin/fuzz_*; do names+=("$(basename "$name" | sed s/^fuzz_//)"); done
-  mkdir -p out/fuzz
+  # shellcheck disable=SC2207
+  [ ${#names[@]} -gt 0 ] || names=($(fuzz_targets))
+  build asan "${names[@]/#/fuzz_}" || { note "fuzz build" 1; return; }
+  mkdir -p "${names[@]/#/out/fuzz/}"
+  run_side_by_side fuzz < <(for name in "${names[@]}"; do
+    echo "$name build/asan/bin/fuzz_$name -max_total_time=$seconds -max_len=4096 -rss_limit_mb=1024 -timeout=5" \
+      "-malloc_limit_mb=256 -print_final_stats=1 -artifact_prefix=out/fuzz/crash-$name- out/fuzz/$name tests/fuzz/corpus/$name"
+  done)
   for name in "${names[@]}"; do
-    corpus=out/fuzz/$name
-    mkdir -p "$corpus"
-    rc=0
-    "build/asan/bin/fuzz_$name" -max_total_time="$seconds" -max_len=4096 -rss_limit_mb=1024 -timeout=5 -malloc_limit_mb=256 \
-      -print_final_stats=1 -artifact_prefix="out/fuzz/crash-$name-" "$corpus" "tests/fuzz/corpus/$name" >"out/fuzz/$name.log" 2>&1 || rc=$?
-    echo "fuzz $name: $(grep -oE 'number_of_executed_units: +[0-9]+' "out/fuzz/$name.log" | grep -oE '[0-9]+$' || echo 0) runs in $seconds s, exit $rc"
-    [ "$rc" -eq 0 ] || tail -n 25 "out/fuzz/$name.log" >&2
-    note "fuzz_$name" "$rc"
+    log=out/checks/fuzz.$name.log
+    echo "fuzz $name: $(grep -oE 'number_of_executed_units: +[0-9]+' "$log" | grep -oE '[0-9]+$' || echo 0) inputs in $seconds s"
   done
 }
 
@@ -73,7 +91,7 @@ run_lint() {
     --suppressions-list=scripts/cppcheck.suppress -j "$jobs" -I . core drivers estimation vision gis comms onboard station sim tools || rc=$?
   note cppcheck "$rc"
   rc=0
-  git ls-files '*.cpp' | grep -v '^tests/' | xargs -P "$jobs" -n 4 clang-tidy -p build --quiet --warnings-as-errors='*' 2>/dev/null || rc=$?
+  /usr/bin/python3 -B scripts/lint.py build "$jobs" || rc=$?
   note clang-tidy "$rc"
   echo "lint: $passed passed, $failed failed"
   [ "$failed" -eq 0 ]
@@ -81,7 +99,7 @@ run_lint() {
 
 run_tests() {
   local stages=("$@") stage start=$SECONDS
-  [ ${#stages[@]} -gt 0 ] || stages=(format unit hil)
+  [ ${#stages[@]} -gt 0 ] || stages=(format unit hil asan tsan fuzz)
   [ "${stages[*]}" != all ] || stages=(format unit hil asan tsan fuzz lint)
   for stage in "${stages[@]}"; do
     echo "== $stage"
@@ -90,14 +108,14 @@ run_tests() {
       unit) build dev && run_ctest unit || note "build" 1 ;;
       hil | replay) build dev && run_ctest 'hil|replay' || note "build" 1 ;;
       asan) run_sanitized asan core config drivers estimation vision gis comms onboard station sim ;;
-      tsan) run_sanitized tsan core comms onboard ;;
-      fuzz) run_fuzz "${KAWARA_FUZZ_SECONDS:-8}" ;;
+      tsan) run_sanitized tsan core drivers comms onboard station sim ;;
+      fuzz) run_fuzz "${KAWARA_FUZZ_SECONDS:-5}" ;;
       lint) run_lint || true ;;
       *) echo "run: no test stage '$stage'" >&2; exit 2 ;;
     esac
   done
   [ "$failed" -eq 0 ] || printf 'failed: %s\n' "${failed_names[*]}"
-  echo "took $((SECONDS - start)) s; logs in build/Testing and out/fuzz"
+  echo "took $((SECONDS - start)) s; logs in build/Testing and out/checks"
   echo "tests: $passed passed, $failed failed"
   [ "$failed" -eq 0 ]
 }
