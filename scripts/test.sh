@@ -52,7 +52,7 @@ run_sanitized() { # preset folder...
   # shellcheck disable=SC2046
   build "$preset" $(printf 'test_%s\n' "$@") || { note "$preset build" 1; return; }
   ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1 \
-    TSAN_OPTIONS="halt_on_error=1 suppressions=$PWD/scripts/tsan.suppress" \
+    TSAN_OPTIONS="halt_on_error=1" \
     run_side_by_side "$preset" < <(for folder in "$@"; do echo "$folder in_netns build/$preset/bin/test_$folder --gtest_brief=1"; done)
 }
 
