@@ -74,11 +74,12 @@ OnboardConfig Config() {
 class Recording : public MessageSink {
  public:
   Recording()
-      : MessageSink({"tester", "mission"}, frames_, [this](std::string_view channel, std::span<const std::uint8_t> bytes,
-                                    Reach) {
-          messages.push_back(std::string(channel) + " " + std::string(bytes.begin(), bytes.end()));
-          ++count[std::string(channel)];
-        }) {}
+      : MessageSink({"tester", "mission"}, frames_,
+                    [this](std::string_view channel, std::span<const std::uint8_t> bytes, Reach) {
+                      messages.push_back(std::string(channel) + " " +
+                                         std::string(bytes.begin(), bytes.end()));
+                      ++count[std::string(channel)];
+                    }) {}
   void Trigger(std::uint32_t sequence) override { triggers.push_back(sequence); }
   void Write(PortId port, std::span<const std::uint8_t> bytes) override {
     if (port != PortId::kGps) return;
