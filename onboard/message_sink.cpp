@@ -10,11 +10,25 @@
 #include "core/check.hpp"
 
 namespace kawara::onboard {
+namespace {
+
+/// One line of text. Events quote what instruments and the bus say, which may be any bytes; a
+/// message cannot carry a NUL, and a terminal should not obey an escape.
+std::string Line(std::string_view text) {
+  std::string line(text);
+  for (char& c : line) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) c = '?';
+  }
+  return line;
+}
+
+}  // namespace
 
 template <class T>
 void MessageSink::Send(std::string_view channel, const T& message, Reach reach) {
   const auto bytes = comms::Encode(message);
-  CORE_CHECK(bytes.has_value());  // all our arrays are as long as their counts say
+  CORE_CHECK(bytes.has_value());  // arrays are as long as their counts say, texts without NUL
   emit_(channel, *bytes, reach);
 }
 
@@ -76,7 +90,7 @@ void MessageSink::OnEvent(const core::Event& event, core::GpsTime time) {
   message.gps_ns = time.ns();
   message.severity = static_cast<std::int8_t>(event.severity);
   message.name = event.name;
-  message.text = std::string(event.text.view());
+  message.text = Line(event.text.view());
   message.suppressed = event.suppressed;
   Send("EVENT", message, Reach::kBusAndLog);
 }
@@ -86,8 +100,8 @@ void MessageSink::OnNote(core::MonoTime mono, const EventNote& note, core::GpsTi
   message.mono_ns = mono.ns();
   message.gps_ns = time.ns();
   message.severity = static_cast<std::int8_t>(note.severity);
-  message.name = std::string(note.name);
-  message.text = std::string(note.text);
+  message.name = Line(note.name);
+  message.text = Line(note.text);
   message.suppressed = 0;
   Send("EVENT", message, Reach::kBusAndLog);
 }

@@ -22,7 +22,7 @@ vision::Phase1PictureConfig ConfigOf(bool doughnut, bool progressive) {
   config.doughnut.width_px = config.doughnut.height_px = 64;
   config.doughnut.center_u_px = config.doughnut.center_v_px = 31.5;
   config.doughnut.l_in_px = 8;
-  config.doughnut.l_base_px = 18;
+  config.doughnut.l_base_px = 16.25;
   config.doughnut.l_out_px = 30;
   config.panorama.width_px = 128;
   config.progressive = progressive;
