@@ -26,8 +26,7 @@ float Cracks(const PatternPlace& p, float wavelength_m, float width_m, std::uint
 SurfaceColour AsphaltColour(const PatternPlace& p) {
   SurfaceColour c;
   // Stones of 8 to 12 mm in dark binder, worn light where wheels run; tone changes over metres.
-  float tone = 0.08F * Fractal2(p.u, p.v, 4.5F, 3, 0.6F, p.width, p.seed + 1U) +
-               0.055F * Fractal2(p.u, p.v, 0.6F, 8, 1.15F, p.width, p.seed + 2U);
+  float tone = 0.055F * Fractal2(p.u, p.v, 3.6F, 8, 1.03F, p.width, p.seed + 1U);
   Eigen::Array3f colour = p.base;
   const float stones = DetailLeft(0.012F, p.width);
   if (stones > 0.0F) {
@@ -54,8 +53,9 @@ SurfaceColour AsphaltColour(const PatternPlace& p) {
     tone -= 0.30F * (1.0F - SmoothStep(0.02F, 0.02F + blur, std::abs(edge))) *
             std::min(1.0F, 0.04F / (0.04F + blur));
   }
-  const float oil = Fractal2(p.u, p.v, 1.3F, 3, 0.5F, p.width, p.seed + 6U);
-  tone -= 0.35F * SmoothStep(0.70F, 1.2F, oil);
+  // Oil where something stood: the high end of a slow noise, ragged by the tone itself.
+  const float oil = DetailLeft(1.3F, p.width) * Noise2(p.u / 1.3F, p.v / 1.3F, p.seed + 6U);
+  tone -= 0.35F * SmoothStep(0.55F, 1.0F, oil + 2.0F * tone);
   c.rgb = colour * (1.0F + p.contrast * tone);
   c.rgb *= 1.0F - 0.65F * std::min(1.0F, p.contrast) * Cracks(p, 2.6F, 0.010F, 60U);
   c.gloss = p.material.gloss;

@@ -27,12 +27,11 @@ SurfaceColour PlainColour(const PatternPlace& p) {
 
 SurfaceColour ConcreteColour(const PatternPlace& p) {
   SurfaceColour c;
-  const float blotches = Weather(p, 1.7F, 4);
-  const float grain = Fractal2(p.u, p.v, 0.25F, 7, 0.95F, p.width, p.seed + 31U);
-  float tone = 0.09F * blotches + 0.05F * grain + 0.06F * Streaks(p, 0.22F, 2.4F, 41U);
-  // Pores and stains: only the dark end of a noise.
-  const float stain = Fractal2(p.u, p.v, 0.9F, 3, 0.6F, p.width, p.seed + 53U);
-  tone -= 0.18F * SmoothStep(0.45F, 1.0F, stain);
+  // Blotches of metres down to grains of a centimetre; streaks; stains at the dark end of a noise.
+  const float grain = Fractal2(p.u, p.v, 1.7F, 8, 0.95F, p.width, p.seed + 31U);
+  const float blotch = DetailLeft(1.1F, p.width) * Noise2(p.u / 1.1F, p.v / 1.1F, p.seed + 53U);
+  float tone = 0.055F * grain + 0.05F * blotch + 0.06F * Streaks(p, 0.22F, 2.4F, 41U);
+  tone -= 0.18F * SmoothStep(0.40F, 0.95F, blotch + 0.15F * grain);
   const float pores = DetailLeft(0.02F, p.width);
   if (pores > 0.0F) {
     tone -=
@@ -40,7 +39,7 @@ SurfaceColour ConcreteColour(const PatternPlace& p) {
   }
   c.rgb = p.base * (1.0F + p.contrast * tone);
   c.rgb *= Eigen::Array3f(1.0F, 1.0F, 1.0F) +
-           p.contrast * 0.03F * blotches * Eigen::Array3f(1.0F, 0.2F, -1.0F);
+           p.contrast * 0.03F * blotch * Eigen::Array3f(1.0F, 0.2F, -1.0F);
   if (p.material.scale_m > 0.05F) {
     const float joint = EitherJoint(JointShare(p.u, p.width_u, 2.0F * p.material.scale_m, 0.012F),
                                     JointShare(p.v, p.width_v, p.material.scale_m, 0.012F));

@@ -7,7 +7,7 @@ namespace kawara::sim {
 namespace {
 
 constexpr int kSrgbSteps = 16384;
-constexpr int kQuantileBits = 14;
+constexpr int kQuantileBits = 12;  // a table that stays in the nearest cache
 constexpr int kQuantiles = 1 << kQuantileBits;
 
 // Source: IEC 61966-2-1.

@@ -78,11 +78,11 @@ void BM_LaserSweep(benchmark::State& state) {
 }
 
 #define KAWARA_SIZES                        \
-  Args({1, 5, 0})                           \
+  Args({1, 3, 0})                           \
       ->Args({2, 1, 0})                     \
+      ->Args({2, 3, 0})                     \
+      ->Args({2, 3, 1})                     \
       ->Args({2, 5, 0})                     \
-      ->Args({2, 5, 1})                     \
-      ->Args({4, 5, 0})                     \
       ->ArgNames({"Mpx", "rays", "moving"}) \
       ->Unit(benchmark::kMillisecond)       \
       ->UseRealTime()
