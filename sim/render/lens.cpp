@@ -89,7 +89,7 @@ void AddDirt(const vision::CameraModel& camera, const LensSettings& lens, RayTab
     const int cv = center.v;
     for (int v = std::max(0, cv - reach); v <= std::min(camera.height_px() - 1, cv + reach); ++v) {
       for (int u = std::max(0, cu - reach); u <= std::min(camera.width_px() - 1, cu + reach); ++u) {
-        const std::int32_t at = table.ray_at[static_cast<std::size_t>(v * camera.width_px() + u)];
+        const std::int32_t at = table.RayAt(u, v);
         if (at < 0) continue;
         const auto x = static_cast<float>((u - cu) / radius_px);
         const auto y = static_cast<float>((v - cv) / radius_px);
@@ -110,6 +110,7 @@ RayTable RayTable::Build(const vision::CameraModel& camera, const LensSettings& 
   const int height = camera.height_px();
   CORE_CHECK(width > 0 && height > 0 && width <= 65535 && height <= 65535);
   RayTable table;
+  table.width_px = width;
   table.ray_at.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1);
   const RimDistance rim(camera);
   const auto add = [&](int u, int v) {

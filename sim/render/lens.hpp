@@ -51,8 +51,14 @@ struct RayTable {
   /// neighbours.
   std::vector<PixelRay> rays;
   std::vector<SurroundPixel> surround;
+  int width_px = 0;
   /// Place in `rays` of pixel v * width + u, or -1.
   std::vector<std::int32_t> ray_at;
+
+  std::int32_t RayAt(int u, int v) const {
+    return ray_at[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_px) +
+                  static_cast<std::size_t>(u)];
+  }
 
   static RayTable Build(const vision::CameraModel& camera, const LensSettings& lens);
 };

@@ -123,7 +123,8 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
   for (int first = 0; first < kRays; first += kPacketRays) {
     RayPacket rays;
     for (int lane = 0; lane < kPacketRays; ++lane) {
-      rays.Set(lane, from, kDirections[static_cast<std::size_t>(first + lane)]);
+      rays.Set(lane, from,
+               kDirections[static_cast<std::size_t>(first) + static_cast<std::size_t>(lane)]);
     }
     PacketHits hits;
     scene.Intersect(rays, moment, hits);
@@ -132,7 +133,8 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
     for (int lane = 0; lane < kPacketRays; ++lane) {
       const auto l = static_cast<std::size_t>(lane);
       if (hits.triangle[l] == kNoTriangle) continue;
-      const Eigen::Vector3d& d = kDirections[static_cast<std::size_t>(first + lane)];
+      const Eigen::Vector3d& d =
+          kDirections[static_cast<std::size_t>(first) + static_cast<std::size_t>(lane)];
       met[l] = scene.Resolve(hits.triangle[l], hits.range_m[l], from, d);
       if (met[l].normal_enu.dot(d.cast<float>()) > 0.0F)
         ++back_sides;
@@ -145,10 +147,12 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
     const std::uint32_t shaded = scene.Blocked(to_sun, moment);
     for (int lane = 0; lane < kPacketRays; ++lane) {
       const auto l = static_cast<std::size_t>(lane);
-      const Eigen::Vector3f d = kDirections[static_cast<std::size_t>(first + lane)].cast<float>();
+      const Eigen::Vector3f d =
+          kDirections[static_cast<std::size_t>(first) + static_cast<std::size_t>(lane)]
+              .cast<float>();
       Eigen::Array3f light;
       if (!met[l].hit()) {
-        light = sky_light_[static_cast<std::size_t>(first + lane)];
+        light = sky_light_[static_cast<std::size_t>(first) + l];
       } else {
         const auto& base = scene.materials()[met[l].material].base_rgb;
         light = kSecondHandSky * open_sky_ * (0.6F + 0.4F * met[l].normal_enu.z());
@@ -158,7 +162,7 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
         light *= Eigen::Array3f(base[0], base[1], base[2]);
       }
       for (int axis = 0; axis < 3; ++axis) {
-        const auto plate = static_cast<std::size_t>(2 * axis + (d[axis] > 0.0F ? 0 : 1));
+        const auto plate = 2U * static_cast<std::size_t>(axis) + (d[axis] > 0.0F ? 0U : 1U);
         plates[plate] += 4.0F / kRays * std::abs(d[axis]) * light;
       }
     }
@@ -205,7 +209,7 @@ Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m,
     for (int axis = 0; axis < 3; ++axis) {
       const float square = normal_enu[axis] * normal_enu[axis];
       if (square < kLeastSquare) continue;  // most surfaces face along an axis
-      const auto first = static_cast<std::size_t>(8 * axis + (normal_enu[axis] > 0.0F ? 0 : 4));
+      const auto first = 8U * static_cast<std::size_t>(axis) + (normal_enu[axis] > 0.0F ? 0U : 4U);
       for (std::size_t n = 0; n < count; ++n) {
         const float share = weight[n] * square;
         for (std::size_t c = 0; c < 4; ++c) {

@@ -103,7 +103,7 @@ Renderer::Impl::Impl(std::shared_ptr<const LitScene> scene,
     if (!tracer.MeetsBody(ray.direction_camera)) continue;
     for (int v = std::max(0, ray.v - 1); v <= std::min(height - 1, ray.v + 1); ++v) {
       for (int u = std::max(0, ray.u - 1); u <= std::min(width - 1, ray.u + 1); ++u) {
-        const std::int32_t at = table.ray_at[static_cast<std::size_t>(v * width + u)];
+        const std::int32_t at = table.RayAt(u, v);
         if (at >= 0) may_meet_body[static_cast<std::size_t>(at)] = 1;
       }
     }
@@ -204,7 +204,7 @@ int Renderer::Impl::SamplesFor(const Exposing& e, std::size_t number) const {
       const int u = pixel.u + step * kWays[way][0];
       const int v = pixel.v + step * kWays[way][1];
       if (u < 0 || v < 0 || u >= width || v >= camera->height_px()) continue;
-      const std::int32_t at = table.ray_at[static_cast<std::size_t>(v * width + u)];
+      const std::int32_t at = table.RayAt(u, v);
       if (at < 0) continue;
       const auto other = static_cast<std::size_t>(at);
       if (e.key[other] == e.key[number]) continue;
@@ -224,7 +224,7 @@ int Renderer::Impl::SamplesFor(const Exposing& e, std::size_t number) const {
 void Renderer::Impl::Refine(Exposing& e, std::size_t first, std::size_t last) const {
   PacketTracer::Rays rays;
   PacketTracer::Traced traced;
-  std::array<std::size_t, kPacketRays> of;
+  std::array<std::size_t, kPacketRays> of{};
   int count = 0;
   std::array<Eigen::Array3f, kChunk> more;  // light of the further samples of this chunk
   std::array<int, kChunk> samples;
@@ -257,7 +257,7 @@ void Renderer::Impl::Refine(Exposing& e, std::size_t first, std::size_t last) co
   }
   if (count > 0) flush();
   for (std::size_t number = first; number < last; ++number) {
-    const float share = 1.0F / static_cast<float>(samples[number - first] / 2 * 2 + 1);
+    const float share = 1.0F / static_cast<float>(samples[number - first]);
     e.light[number] = (e.light[number] + more[number - first]) * share;
   }
 }

@@ -21,7 +21,7 @@ class ShutterPoses {
   ShutterPoses(const std::function<Eigen::Isometry3d(double)>& enu_from_camera, double exposure_s,
                double readout_s, int rows)
       : rolling_(readout_s != 0.0 && rows > 1), rows_(rolling_ ? rows : 1) {
-    poses_.reserve(static_cast<std::size_t>(rows_ * kInstants));
+    poses_.reserve(static_cast<std::size_t>(rows_) * kInstants);
     for (int row = 0; row < rows_; ++row) {
       const double middle_s =
           rolling_ ? readout_s * (static_cast<double>(row) / (rows - 1) - 0.5) : 0.0;
@@ -37,7 +37,8 @@ class ShutterPoses {
   }
 
   const Pose& At(int row, int instant) const {
-    return poses_[static_cast<std::size_t>((rolling_ ? row : 0) * kInstants + kHalf + instant)];
+    return poses_[static_cast<std::size_t>(rolling_ ? row : 0) * kInstants +
+                  static_cast<std::size_t>(kHalf + instant)];
   }
   /// Instant of the i-th of `pairs` pairs of samples (their number: 2 pairs + 1), i = 1..pairs.
   static int InstantOf(int i, int pairs) {

@@ -84,7 +84,7 @@ SkyMap::SkyMap(const Sun& sun, std::uint32_t seed, int columns)
   haze_rgb_ = Eigen::Array3f::Zero();
   const int above_land = static_cast<int>((kPi / 2 - kHighestLand_rad) * texels_per_rad_);
   for (int column = 0; column < columns_; ++column) {
-    haze_rgb_ += texels_[static_cast<std::size_t>(above_land * columns_ + column)];
+    haze_rgb_ += texels_[Texel(column, above_land)];
   }
   haze_rgb_ /= static_cast<float>(columns_);
 }
@@ -101,7 +101,7 @@ Eigen::Array3f SkyMap::DrawColumn(int column) {
                             std::sin(elevation));
     Eigen::Array3f radiance = DrawSky(d);
     if (elevation < kHighestLand_rad) radiance = DrawLand(radiance, line, azimuth, elevation);
-    texels_[static_cast<std::size_t>(row * columns_ + column)] = radiance;
+    texels_[Texel(column, row)] = radiance;
     if (elevation > 0.0F) level_light += radiance * (d.z() * across);
   }
   return level_light;
@@ -116,7 +116,7 @@ Eigen::Array3f SkyMap::DrawSky(const Eigen::Vector3f& d) const {
   clear += Eigen::Array3f(1.0F, 0.93F, 0.80F) *
            (0.35F * std::pow(glow, 8.0F) + 1.6F * std::pow(glow, 90.0F));
   const Eigen::Array3f grey = Eigen::Array3f(0.97F, 1.0F, 1.04F) * (0.45F + 0.75F * up);
-  const Eigen::Array3f sky = Blend(clear, grey, overcast_);
+  Eigen::Array3f sky = Blend(clear, grey, overcast_);
   if (d.z() <= 0.0F) return sky;
 
   // Clouds on a plane above, drawn together towards the horizon.
@@ -174,7 +174,7 @@ Eigen::Array3f SkyMap::Radiance(const Eigen::Vector3f& d) const {
     const std::int32_t round = column < 0           ? column + columns_
                                : column >= columns_ ? column - columns_
                                                     : column;
-    return texels_[static_cast<std::size_t>(row * columns_ + round)];
+    return texels_[Texel(round, row)];
   };
   return (texel(i, j) * (1.0F - fx) + texel(i + 1, j) * fx) * (1.0F - fy) +
          (texel(i, j + 1) * (1.0F - fx) + texel(i + 1, j + 1) * fx) * fy;

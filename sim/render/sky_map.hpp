@@ -33,6 +33,11 @@ class SkyMap {
   Eigen::Array3f DrawLand(const Eigen::Array3f& sky, const Skyline& line, float azimuth_rad,
                           float elevation_rad) const;
 
+  std::size_t Texel(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+
   Sun sun_;
   std::uint32_t seed_;
   int columns_, rows_;
