@@ -42,7 +42,25 @@ constexpr auto kNames = std::to_array<std::pair<FaultKind, const char*>>({
     {FaultKind::kLaser2Garbage, "laser2.garbage"},
     {FaultKind::kLaser2Stuck, "laser2.stuck"},
     {FaultKind::kLaser2Power, "laser2.power"},
+    {FaultKind::kRadioDown, "radio.down"},
+    {FaultKind::kRadioLoss, "radio.loss"},
+    {FaultKind::kRadioBurst, "radio.burst"},
+    {FaultKind::kRadioRate, "radio.rate"},
+    {FaultKind::kRadioDelay, "radio.delay"},
 });
+
+/// What "=..." behind a name may be, and what goes without saying.
+struct ValueRule {
+  FaultKind kind;
+  double least, most, usual;
+  const char* meaning;
+};
+constexpr std::array<ValueRule, 4> kValueRules{{
+    {FaultKind::kRadioLoss, 0.0, 1.0, 0.3, "a share of 0 to 1"},
+    {FaultKind::kRadioBurst, 0.0, 0.99, 0.3, "a share of 0 to 0.99"},
+    {FaultKind::kRadioRate, 100.0, 1e10, 64e3, "100 to 1e10 bits per second"},
+    {FaultKind::kRadioDelay, 0.0, 3600.0, 1.0, "0 to 3600 seconds"},
+}};
 
 tl::unexpected<core::Error> Wrong(std::string_view item, const std::string& what) {
   return core::Fail(
@@ -62,14 +80,44 @@ std::vector<std::string_view> SplitWords(std::string_view text) {
   }
 }
 
+std::optional<double> ParseNumber(std::string_view word, double least, double most) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  if (!(number >= least && number <= most)) return std::nullopt;
+  return number;
+}
+
 /// A number of seconds in [0, kLatest_s], with or without a trailing 's'.
 std::optional<core::Duration> ParseSeconds(std::string_view word) {
   if (!word.empty() && word.back() == 's') word.remove_suffix(1);
-  double seconds = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seconds);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  if (!(seconds >= 0.0 && seconds <= kLatest_s)) return std::nullopt;
-  return core::DurationFromSeconds(seconds);
+  const auto seconds = ParseNumber(word, 0.0, kLatest_s);
+  if (!seconds) return std::nullopt;
+  return core::DurationFromSeconds(*seconds);
+}
+
+/// "radio.loss=0.3" into kind and value.
+core::Expected<void> ParseKind(std::string_view item, std::string_view word, Fault& fault) {
+  const std::size_t equals = std::min(word.find('='), word.size());
+  const std::string_view name = word.substr(0, equals);
+  const auto* const named = std::find_if(kNames.begin(), kNames.end(),
+                                         [&](const auto& entry) { return name == entry.second; });
+  if (named == kNames.end())
+    return Wrong(item, "'" + std::string(name) + "' is none of " + AllFaultNames());
+  fault.kind = named->first;
+  const auto* const rule =
+      std::find_if(kValueRules.begin(), kValueRules.end(),
+                   [&](const ValueRule& entry) { return entry.kind == fault.kind; });
+  if (rule == kValueRules.end()) {
+    if (equals < word.size()) return Wrong(item, "'" + std::string(name) + "' takes no value");
+    return {};
+  }
+  fault.value = rule->usual;
+  if (equals == word.size()) return {};
+  const auto value = ParseNumber(word.substr(equals + 1), rule->least, rule->most);
+  if (!value) return Wrong(item, "'" + std::string(word) + "' must have " + rule->meaning);
+  fault.value = *value;
+  return {};
 }
 
 core::Expected<Fault> ParseOne(std::string_view item) {
@@ -80,12 +128,7 @@ core::Expected<Fault> ParseOne(std::string_view item) {
   const auto begin = words[0].starts_with("t=") ? ParseSeconds(words[0].substr(2)) : std::nullopt;
   if (!begin) return Wrong(item, "'" + std::string(words[0]) + "' is no time from the start");
   fault.begin = *begin;
-  const auto* const named = std::find_if(
-      kNames.begin(), kNames.end(), [&](const auto& entry) { return words[1] == entry.second; });
-  if (named == kNames.end()) {
-    return Wrong(item, "'" + std::string(words[1]) + "' is none of " + AllFaultNames());
-  }
-  fault.kind = named->first;
+  if (auto kind = ParseKind(item, words[1], fault); !kind) return tl::unexpected(kind.error());
   const auto length =
       words.size() == 3 ? ParseSeconds(words[2]) : core::DurationFromSeconds(kDefaultLength_s);
   if (!length || length->count() == 0)
@@ -101,6 +144,8 @@ std::string AllFaultNames() {
   for (const auto& [kind, name] : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
   return names;
 }
+
+bool IsRadioFault(FaultKind kind) { return kind >= FaultKind::kRadioDown; }
 
 const char* ToString(FaultKind kind) {
   for (const auto& [known, name] : kNames) {
@@ -125,6 +170,14 @@ bool FaultPlan::Active(FaultKind kind, core::Duration since_start) const {
   return std::any_of(faults_.begin(), faults_.end(), [&](const Fault& fault) {
     return fault.kind == kind && fault.Covers(since_start);
   });
+}
+
+std::optional<double> FaultPlan::Value(FaultKind kind, core::Duration since_start) const {
+  const auto last = std::find_if(faults_.rbegin(), faults_.rend(), [&](const Fault& fault) {
+    return fault.kind == kind && fault.Covers(since_start);
+  });
+  if (last == faults_.rend()) return std::nullopt;
+  return last->value;
 }
 
 }  // namespace kawara::sim

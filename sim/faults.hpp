@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,15 +38,23 @@ enum class FaultKind {
   kLaser2Silent,
   kLaser2Garbage,
   kLaser2Stuck,
-  kLaser2Power,  ///< last; tests count up to it
+  kLaser2Power,
+  kRadioDown,   ///< nothing comes through
+  kRadioLoss,   ///< value: share of datagrams lost, one by one
+  kRadioBurst,  ///< value: share of datagrams lost in fades
+  kRadioRate,   ///< value: bits per second at most
+  kRadioDelay,  ///< value: seconds on top; last, tests count up to it
 };
 const char* ToString(FaultKind kind);  ///< as in the option: "gps.unplug"
+/// Of the radio link between robot and base (kawara-sim radio), not of the robot's instruments.
+bool IsRadioFault(FaultKind kind);
 
 /// One thing that goes wrong, counted from the start of the run.
 struct Fault {
   FaultKind kind{};
   core::Duration begin{};
   core::Duration length{};
+  double value = 0.0;  ///< how bad, where the kind says what it means
   bool Covers(core::Duration since_start) const {
     return since_start >= begin && since_start < begin + length;
   }
@@ -54,8 +63,9 @@ struct Fault {
 /// "gps.unplug, gps.silent, ...": all there are.
 std::string AllFaultNames();
 
-/// "t=30 gps.unplug 5s": seconds from the start of the run, what, for how long (default 5 s).
-/// Several in one text are separated by ';'. Errors: kInvalidArgument, saying what was found and
+/// "t=30 gps.unplug 5s": seconds from the start of the run, what, for how long (default 5 s); the
+/// kinds with a value may say it, "t=30 radio.loss=0.3 5s". Several in one text are separated by
+/// ';'. Errors: kInvalidArgument, saying what was found and
 /// what is possible.
 core::Expected<std::vector<Fault>> ParseFaults(std::string_view text);
 
@@ -65,6 +75,8 @@ class FaultPlan {
   FaultPlan() = default;
   explicit FaultPlan(std::vector<Fault> faults) : faults_(std::move(faults)) {}
   bool Active(FaultKind kind, core::Duration since_start) const;
+  /// Of this kind's active fault, the last one given if there are several; none: not active.
+  std::optional<double> Value(FaultKind kind, core::Duration since_start) const;
   const std::vector<Fault>& faults() const { return faults_; }
 
  private:

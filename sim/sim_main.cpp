@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "sim/drive_run.hpp"
+#include "sim/radio_run.hpp"
 #include "sim/sim_options.hpp"
 #include "sim/site_run.hpp"
 #include "sim/survey.hpp"
@@ -22,16 +23,41 @@ int Fail(const kawara::core::Error& error) {
   return 2;
 }
 
+kawara::core::Expected<std::vector<sim::Fault>> FaultsOf(const std::vector<std::string>& texts) {
+  std::vector<sim::Fault> all;
+  for (const std::string& text : texts) {
+    const auto faults = sim::ParseFaults(text);
+    if (!faults) return tl::unexpected(faults.error());
+    all.insert(all.end(), faults->begin(), faults->end());
+  }
+  return all;
+}
+
 /// What the options say in a form the instruments want.
 kawara::core::Expected<void> Finish(sim::InstrumentOptions& o,
                                     const std::vector<std::string>& fault_texts) {
   o.ahrs.ranges.force_g = o.ahrs.ranges.rate_degps / 50.0;
-  for (const std::string& text : fault_texts) {
-    const auto faults = sim::ParseFaults(text);
-    if (!faults) return tl::unexpected(faults.error());
-    o.faults.insert(o.faults.end(), faults->begin(), faults->end());
+  auto faults = FaultsOf(fault_texts);
+  if (!faults) return tl::unexpected(faults.error());
+  o.faults = std::move(*faults);
+  for (const sim::Fault& fault : o.faults) {
+    if (!sim::IsRadioFault(fault.kind)) continue;
+    return kawara::core::Fail(kawara::core::ErrorCode::kInvalidArgument,
+                              std::string("fault ") + sim::ToString(fault.kind) +
+                                  " is the radio's: give it to kawara-sim radio");
   }
   return {};
+}
+
+int RunRadio(sim::RadioRunOptions& options, const std::vector<std::string>& fault_texts) {
+  auto faults = FaultsOf(fault_texts);
+  if (!faults) return Fail(faults.error());
+  options.faults = std::move(*faults);
+  options.relay.up = options.relay.down;
+  const auto summary = sim::RunRadio(options, stop_requested);
+  if (!summary) return Fail(summary.error());
+  std::printf("kawara-sim: %s\n", summary->ToText().c_str());
+  return 0;
 }
 
 int Tell(const kawara::core::Expected<sim::InstrumentSummary>& summary) {
@@ -66,6 +92,10 @@ int main(int argc, char** argv) {
   CLI::App& site =
       *app.add_subcommand("site", "drive through a simulated site, with pictures of it");
   sim::AddSiteOptions(site, site_options, faults);
+  sim::RadioRunOptions radio_options;
+  CLI::App& radio =
+      *app.add_subcommand("radio", "carry the LCM bus of a robot to a base across a bad radio");
+  sim::AddRadioOptions(radio, radio_options, faults);
   app.add_option("--render", survey_options.folder,
                  "drive through a simulated site as fast as it can be drawn, into this folder")
       ->group("Survey folder");
@@ -74,7 +104,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty() && survey_options.folder.empty()) {
-      throw CLI::RequiredError("drive, site or --render");
+      throw CLI::RequiredError("drive, site, radio or --render");
     }
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
@@ -84,6 +114,7 @@ int main(int argc, char** argv) {
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
   if (!survey_options.folder.empty()) return RunSurvey(survey_world, survey_options);
+  if (radio.parsed()) return RunRadio(radio_options, faults);
   sim::InstrumentOptions& instruments =
       drive.parsed() ? drive_options.instruments : site_options.instruments;
   if (const auto finished = Finish(instruments, faults); !finished) return Fail(finished.error());

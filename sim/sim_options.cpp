@@ -194,6 +194,44 @@ void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& 
   AddInstrumentOptions(app, o.instruments, faults);
 }
 
+void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>& faults) {
+  app.add_option("--robot", o.relay.robot_url, "the robot's LCM bus")->capture_default_str();
+  app.add_option("--base", o.relay.base_url, "the base station's LCM bus")->capture_default_str();
+  app.add_option("--duration", o.duration_s, "seconds; until stopped if not given")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--seed", o.relay.seed, "of all loss and jitter")->capture_default_str();
+  app.add_option("--fault", faults,
+                 "\"t=30 radio.loss=0.3 5s\": at 30 s of the run, for 5 s (default 5). All there "
+                 "are: radio.down, radio.loss=SHARE, radio.burst=SHARE, radio.rate=BITS_PER_S, "
+                 "radio.delay=SECONDS. Repeatable")
+      ->allow_extra_args(false);
+  RadioOptions& air = o.relay.down;
+  app.add_option("--rate", air.rate_bps, "bits per second of the air, each way; 0: no limit")
+      ->check(CLI::Range(0.0, 1e10))
+      ->group("Air");
+  app.add_option("--queue", air.queue_bytes, "bytes that wait for it; what comes then is dropped")
+      ->check(CLI::Range(std::size_t{2000}, std::size_t{1} << 30))
+      ->capture_default_str()
+      ->group("Air");
+  app.add_option("--delay", air.delay_s, "seconds to the other side")
+      ->check(CLI::Range(0.0, 60.0))
+      ->group("Air");
+  app.add_option("--jitter", air.jitter_s, "mean of an exponential delay on top [s]")
+      ->check(CLI::Range(0.0, 60.0))
+      ->group("Air");
+  app.add_option("--loss", air.loss,
+                 "share of IP packets lost one by one (an LCM datagram is up to 45)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->group("Air");
+  app.add_option("--burst", air.burst_loss, "share of IP packets lost in fades")
+      ->check(CLI::Range(0.0, 0.99))
+      ->group("Air");
+  app.add_option("--burst-length", air.burst_length, "mean number of packets lost in a fade")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str()
+      ->group("Air");
+}
+
 void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o) {
   AddWorldOptions(app, world);
   o.doughnut = StandardDoughnut(1448);

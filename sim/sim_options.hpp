@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/drive_run.hpp"
+#include "sim/radio_run.hpp"
 #include "sim/site_run.hpp"
 #include "sim/survey.hpp"
 
@@ -13,6 +14,7 @@ namespace kawara::sim {
 /// outlive parsing. `faults` gets the texts of --fault, for ParseFaults.
 void AddDriveOptions(CLI::App& app, DriveOptions& o, std::vector<std::string>& faults);
 void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& faults);
+void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>& faults);
 void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o);
 
 /// A file of configs/ as found from the current folder or from where this program lies; the bare

@@ -159,7 +159,8 @@ void Terrain::LayRoad(const SiteConfig& site) {
   std::vector<std::vector<Vector3d>> rows;
   for (const RoadStation& station : road_) {
     const double gutter = LandHeight(station.middle_m) - site.road.kerb_height_m;
-    std::vector<Vector3d>& row = rows.emplace_back();
+    std::vector<Vector3d> row;
+    row.reserve(columns.size());
     for (const Column& column : columns) {
       const Vector2d at = station.middle_m + station.left * column.offset_m;
       const double rough = (2.0 * dice.Uniform() - 1.0) * site.road.roughness_m;
@@ -168,6 +169,7 @@ void Terrain::LayRoad(const SiteConfig& site) {
                                 : gutter + column.height_m + (column.rough ? rough : 0.0);
       row.emplace_back(at.x(), at.y(), height);
     }
+    rows.push_back(std::move(row));
   }
   constexpr double kDash_m = 10.0;  // half of it painted
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {

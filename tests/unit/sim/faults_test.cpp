@@ -25,12 +25,23 @@ TEST(Faults, SeveralInOneTextWithFractionsAndDefaultLength) {
 }
 
 TEST(Faults, EveryNameIsReadBack) {
-  for (int kind = 0; kind <= static_cast<int>(FaultKind::kLaser2Power); ++kind) {
+  for (int kind = 0; kind <= static_cast<int>(FaultKind::kRadioDelay); ++kind) {
     const auto expected = static_cast<FaultKind>(kind);
     const auto faults = ParseFaults(std::string("t=1 ") + ToString(expected));
     ASSERT_TRUE(faults) << ToString(expected);
     EXPECT_EQ((*faults)[0].kind, expected);
   }
+}
+
+TEST(Faults, ValuesAreReadAndTheLastOneGivenHolds) {
+  auto faults = ParseFaults("t=1 radio.loss=0.25 10s; t=3 radio.loss 2s");
+  ASSERT_TRUE(faults);
+  const FaultPlan plan(*faults);
+  EXPECT_EQ(plan.Value(FaultKind::kRadioLoss, core::Milliseconds(500)), std::nullopt);
+  EXPECT_EQ(plan.Value(FaultKind::kRadioLoss, core::Seconds(2)), 0.25);
+  EXPECT_EQ(plan.Value(FaultKind::kRadioLoss, core::Seconds(4)), 0.3);
+  EXPECT_EQ(plan.Value(FaultKind::kRadioLoss, core::Seconds(6)), 0.25);
+  EXPECT_EQ(plan.Value(FaultKind::kRadioRate, core::Seconds(2)), std::nullopt);
 }
 
 TEST(Faults, MistakesSayWhatAndHowToMend) {
@@ -49,6 +60,10 @@ TEST(Faults, MistakesSayWhatAndHowToMend) {
       {"t=1 gps.unplug 0s", "'0s' is no length"},
       {"t=1 gps.unplug 5s now", "4 words"},
       {"t=1 gps.unplug 5s;", "0 words"},
+      {"t=1 gps.unplug=3", "'gps.unplug' takes no value"},
+      {"t=1 radio.loss=1.5", "a share of 0 to 1"},
+      {"t=1 radio.rate=", "bits per second"},
+      {"t=1 radio.delay=x", "seconds"},
   };
   for (const auto& c : cases) {
     const auto faults = ParseFaults(c.text);
