@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <tuple>
@@ -35,7 +36,7 @@ std::string TimeText(const OGRFeature& f, int field) {
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, flag = 0;
   float second = 0.0F;
   f.GetFieldAsDateTime(field, &year, &month, &day, &hour, &minute, &second, &flag);
-  const int ms = static_cast<int>(second * 1000.0F + 0.5F);
+  const int ms = static_cast<int>(std::lround(second * 1000.0F));
   constexpr int kUtcFlag = 100;
   const int east_minutes = flag > 1 ? (flag - kUtcFlag) * 15 : 0;
   const core::UtcTime local = core::FromCivil({year, month, day, hour, minute, ms / 1000, 0});

@@ -36,12 +36,13 @@ int Thickness(double width_px, double scale) {
 MapCanvas::MapCanvas(int width_px, int height_px, Colour paper)
     : image_(height_px * kOversample, width_px * kOversample, CV_8UC3, Bgr(paper)), paper_(paper) {}
 
-void MapCanvas::Line(Eigen::Vector2d a, Eigen::Vector2d b, Colour colour, double width_px) {
+void MapCanvas::Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Colour colour,
+                     double width_px) {
   cv::line(image_, Fixed(a, kOversample), Fixed(b, kOversample), Bgr(colour),
            Thickness(width_px, kOversample), cv::LINE_AA, kShift);
 }
 
-void MapCanvas::Disc(Eigen::Vector2d centre, double radius_px, Colour fill, Colour rim,
+void MapCanvas::Disc(const Eigen::Vector2d& centre, double radius_px, Colour fill, Colour rim,
                      double rim_px) {
   constexpr double kOne = 1 << kShift;
   const int radius = static_cast<int>(std::lround(radius_px * kOversample * kOne));
@@ -52,17 +53,18 @@ void MapCanvas::Disc(Eigen::Vector2d centre, double radius_px, Colour fill, Colo
 
 void MapCanvas::Polygon(const std::vector<Eigen::Vector2d>& corners, Colour fill) {
   std::vector<cv::Point> points;
+  points.reserve(corners.size());
   for (const auto& corner : corners) points.push_back(Fixed(corner, kOversample));
   cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{points}, Bgr(fill), cv::LINE_AA, kShift);
 }
 
-void MapCanvas::Rectangle(Eigen::Vector2d from, Eigen::Vector2d to, Colour colour,
+void MapCanvas::Rectangle(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Colour colour,
                           double width_px) {
   cv::rectangle(image_, Fixed(from, kOversample), Fixed(to, kOversample), Bgr(colour),
                 Thickness(width_px, kOversample), cv::LINE_AA, kShift);
 }
 
-void MapCanvas::Fill(Eigen::Vector2d from, Eigen::Vector2d to, Colour colour) {
+void MapCanvas::Fill(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Colour colour) {
   cv::rectangle(image_, Fixed(from, kOversample), Fixed(to, kOversample), Bgr(colour), cv::FILLED,
                 cv::LINE_8, kShift);
 }
@@ -74,12 +76,13 @@ double MapCanvas::TextWidth(const std::string& text, double height_px, bool bold
          static_cast<double>(kOversample);
 }
 
-void MapCanvas::Text(Eigen::Vector2d at, const std::string& text, double height_px, Colour colour,
-                     Anchor anchor, bool halo, bool bold) {
+void MapCanvas::Text(const Eigen::Vector2d& at, const std::string& text, double height_px,
+                     Colour colour, Anchor anchor, bool halo, bool bold) {
   const double width = TextWidth(text, height_px, bold);
-  if (anchor == Anchor::kCentre) at.x() -= width / 2.0;
-  if (anchor == Anchor::kRight) at.x() -= width;
-  const cv::Point origin(static_cast<int>(std::lround(at.x() * kOversample)),
+  double left = at.x();
+  if (anchor == Anchor::kCentre) left -= width / 2.0;
+  if (anchor == Anchor::kRight) left -= width;
+  const cv::Point origin(static_cast<int>(std::lround(left * kOversample)),
                          static_cast<int>(std::lround(at.y() * kOversample)));
   const double scale = height_px * kOversample / kCapitalPx;
   const int thickness = Thickness(height_px / (bold ? 6.0 : 10.0), kOversample);

@@ -18,14 +18,16 @@ class MapCanvas {
  public:
   MapCanvas(int width_px, int height_px, Colour paper);
 
-  void Line(Eigen::Vector2d a, Eigen::Vector2d b, Colour colour, double width_px);
-  void Disc(Eigen::Vector2d centre, double radius_px, Colour fill, Colour rim, double rim_px);
+  void Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Colour colour, double width_px);
+  void Disc(const Eigen::Vector2d& centre, double radius_px, Colour fill, Colour rim,
+            double rim_px);
   void Polygon(const std::vector<Eigen::Vector2d>& corners, Colour fill);
-  void Rectangle(Eigen::Vector2d from, Eigen::Vector2d to, Colour colour, double width_px);
-  void Fill(Eigen::Vector2d from, Eigen::Vector2d to, Colour colour);
+  void Rectangle(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Colour colour,
+                 double width_px);
+  void Fill(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Colour colour);
   /// ASCII, the point is on the text's base line; `halo`: a rim of paper colour that keeps it
   /// readable on lines.
-  void Text(Eigen::Vector2d at, const std::string& text, double height_px, Colour colour,
+  void Text(const Eigen::Vector2d& at, const std::string& text, double height_px, Colour colour,
             Anchor anchor = Anchor::kLeft, bool halo = false, bool bold = false);
   double TextWidth(const std::string& text, double height_px, bool bold = false) const;
 

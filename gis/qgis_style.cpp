@@ -19,7 +19,11 @@ struct Symbol {
 std::string Options(const std::vector<std::pair<std::string, std::string>>& options) {
   std::string xml = "<Option type=\"Map\">";
   for (const auto& [name, value] : options)
-    xml += "<Option type=\"QString\" name=\"" + name + "\" value=\"" + value + "\"/>";
+    xml.append("<Option type=\"QString\" name=\"")
+        .append(name)
+        .append("\" value=\"")
+        .append(value)
+        .append("\"/>");
   return xml + "</Option>";
 }
 
@@ -86,6 +90,7 @@ std::string Rgb(const Colour& c) {
 
 std::string PoseRenderer() {
   std::vector<Symbol> symbols;
+  symbols.reserve(kRtkColours.size());
   for (const RtkColour& c : kRtkColours)
     symbols.push_back({"marker", core::ToString(c.state),
                        Marker("arrow", Rgb(c.colour), "6", "&quot;yaw_deg&quot;")});

@@ -35,6 +35,7 @@ constexpr double kPanelPx = 330.0;
   std::array<char, 200> text{};
   std::va_list values;
   va_start(values, format);
+  // NOLINTNEXTLINE(clang-analyzer-valist.Uninitialized): version 14 does not see va_start here
   std::vsnprintf(text.data(), text.size(), format, values);
   va_end(values);
   return text.data();
@@ -63,8 +64,8 @@ const Colour& ColourOf(core::RtkState state) {
 /// The map's window in metres east, north of the origin, and where it lies on the paper.
 class MapView {
  public:
-  MapView(const std::vector<MissionTrack>& tracks, const core::Geodetic& origin, Vector2d from_px,
-          Vector2d to_px)
+  MapView(const std::vector<MissionTrack>& tracks, const core::Geodetic& origin,
+          const Vector2d& from_px, const Vector2d& to_px)
       : plane_(origin), from_(from_px), to_(to_px) {
     Vector2d low = Vector2d::Zero();
     Vector2d high = Vector2d::Zero();
@@ -89,11 +90,13 @@ class MapView {
   double px_per_m() const { return px_per_m_; }
   Vector2d from() const { return from_; }
   Vector2d to() const { return to_; }
-  Vector2d Px(Vector2d en) const {
+  Vector2d Px(const Vector2d& en) const {
     const Vector2d d = (en - centre_) * px_per_m_;
     return (from_ + to_) / 2.0 + Vector2d(d.x(), -d.y());
   }
-  Vector2d Px(const core::Geodetic& g) const { return Px(plane_.FromGeodetic(g).head<2>()); }
+  Vector2d Px(const core::Geodetic& g) const {
+    return Px(Vector2d(plane_.FromGeodetic(g).head<2>()));
+  }
   Vector2d LowEn() const { return centre_ - (to_ - from_) / (2.0 * px_per_m_); }
   Vector2d HighEn() const { return centre_ + (to_ - from_) / (2.0 * px_per_m_); }
 
@@ -119,17 +122,21 @@ void DrawGrid(MapCanvas& canvas, const MapView& view) {
   };
   const double middle_n = (low.y() + high.y()) / 2.0;
   const double middle_e = (low.x() + high.x()) / 2.0;
-  for (double e = std::ceil(low.x() / step) * step; e <= high.x(); e += step) {
+  for (long i = std::lround(std::ceil(low.x() / step)); static_cast<double>(i) * step <= high.x();
+       ++i) {
+    const double e = static_cast<double>(i) * step;
     const double x = view.Px(Vector2d(e, 0)).x();
-    canvas.Line({x, view.from().y()}, {x, view.to().y()}, kGrid, e == 0.0 ? 1.4 : 0.8);
+    canvas.Line({x, view.from().y()}, {x, view.to().y()}, kGrid, i == 0 ? 1.4 : 0.8);
     canvas.Text({x, view.to().y() + 18}, Signed(e), kSmallPx, kFaint, Anchor::kCentre);
     const core::Geodetic g = view.plane().ToGeodetic({e, middle_n, 0});
     canvas.Text({x, view.from().y() - 8}, degrees(g.lon_rad, 'E', 'W'), kSmallPx, kFaint,
                 Anchor::kCentre);
   }
-  for (double n = std::ceil(low.y() / step) * step; n <= high.y(); n += step) {
+  for (long i = std::lround(std::ceil(low.y() / step)); static_cast<double>(i) * step <= high.y();
+       ++i) {
+    const double n = static_cast<double>(i) * step;
     const double y = view.Px(Vector2d(0, n)).y();
-    canvas.Line({view.from().x(), y}, {view.to().x(), y}, kGrid, n == 0.0 ? 1.4 : 0.8);
+    canvas.Line({view.from().x(), y}, {view.to().x(), y}, kGrid, i == 0 ? 1.4 : 0.8);
     canvas.Text({view.from().x() - 8, y + 4}, Signed(n), kSmallPx, kFaint, Anchor::kRight);
     const core::Geodetic g = view.plane().ToGeodetic({middle_e, n, 0});
     canvas.Text({view.to().x() + 8, y + 4}, degrees(g.lat_rad, 'N', 'S'), kSmallPx, kFaint);
@@ -212,7 +219,7 @@ std::string Fitting(const MapCanvas& canvas, std::string text, double height_px,
 
 class Panel {
  public:
-  Panel(MapCanvas& canvas, Vector2d at) : canvas_(canvas), at_(at) {}
+  Panel(MapCanvas& canvas, const Vector2d& at) : canvas_(canvas), at_(at) {}
   Vector2d at() const { return at_; }
   void Skip(double px) { at_.y() += px; }
   void Write(const std::string& text, double height_px = kTextPx, Colour colour = kInk,
