@@ -1,6 +1,7 @@
 #pragma once
 #include <kawara/ahrs_sample_t.hpp>
 #include <kawara/clock_t.hpp>
+#include <kawara/command_answer_t.hpp>
 #include <kawara/command_t.hpp>
 #include <kawara/config_t.hpp>
 #include <kawara/corrections_t.hpp>
@@ -22,7 +23,7 @@ template <class F>
 void ForEachMessageType(F&& f) {
   const auto each = [&f]<class... T>(std::type_identity<T>... type) { (f(type), ...); };
   each(std::type_identity<ahrs_sample_t>{}, std::type_identity<clock_t>{},
-       std::type_identity<command_t>{}, std::type_identity<config_t>{},
+       std::type_identity<command_answer_t>{}, std::type_identity<command_t>{}, std::type_identity<config_t>{},
        std::type_identity<corrections_t>{}, std::type_identity<counters_t>{},
        std::type_identity<event_t>{}, std::type_identity<frame_t>{},
        std::type_identity<gnss_fix_t>{}, std::type_identity<log_crc_t>{},

@@ -11,14 +11,11 @@
 #include <cstring>
 #include <ctime>
 #include <system_error>
-
-#include "sim/dark_picture.hpp"
+#include <utility>
 
 namespace kawara::sim {
 namespace {
 
-constexpr core::Duration kStaleTrigger = core::Milliseconds(100);
-constexpr core::Duration kLongestPeriod = core::Seconds(5);
 constexpr core::Duration kSendTimeout = core::Seconds(2);
 constexpr int kPoll_ms = 20;
 
@@ -34,11 +31,9 @@ CameraServer::CameraServer(std::filesystem::path socket, const SimClock& clock,
                            std::unique_ptr<PictureSource> pictures, const CameraOptions& options,
                            Hooks hooks)
     : socket_path_(std::move(socket)),
-      clock_(clock),
-      pictures_(std::move(pictures)),
-      options_(options),
-      hooks_(std::move(hooks)),
-      dice_(options.seed) {}
+      faults_(std::move(hooks.faults)),
+      camera_(clock, std::move(pictures), options,
+              {std::move(hooks.trigger_pulse), std::move(hooks.exposed)}) {}
 
 CameraServer::~CameraServer() {
   DropClient();
@@ -82,7 +77,7 @@ void CameraServer::DropClient() {
   if (client_fd_ >= 0) close(client_fd_);
   client_fd_ = -1;
   message_size_ = 0;
-  held_back_.reset();
+  camera_.Forget();
 }
 
 void CameraServer::Accept() {
@@ -98,7 +93,7 @@ void CameraServer::Accept() {
 
 void CameraServer::Run(const std::atomic<bool>& stop) {
   while (!stop.load()) {
-    const Faults faults = hooks_.faults(core::MonoNow());
+    const Faults faults = faults_(core::MonoNow());
     if (faults.disconnected) {
       DropClient();
       StopListening();
@@ -110,12 +105,13 @@ void CameraServer::Run(const std::atomic<bool>& stop) {
       SleepUntil(core::MonoNow() + core::Milliseconds(kPoll_ms));
       continue;
     }
-    if (!prepared_ && core::MonoNow() >= prepare_at_) PrepareNext();
+    if (const core::MonoTime now = core::MonoNow(); camera_.WantsToPrepare(now))
+      camera_.Prepare(now);
     std::array<pollfd, 2> wait{{{.fd = listen_fd_, .events = POLLIN, .revents = 0},
                                 {.fd = client_fd_, .events = POLLIN, .revents = 0}}};
     if (poll(wait.data(), wait.size(), kPoll_ms) <= 0) continue;
     if (wait[0].revents != 0) Accept();
-    if (wait[1].revents != 0) TakeTriggers(hooks_.faults(core::MonoNow()), stop);
+    if (wait[1].revents != 0) TakeTriggers(faults_(core::MonoNow()), stop);
   }
 }
 
@@ -137,57 +133,18 @@ void CameraServer::TakeTriggers(const Faults& faults, const std::atomic<bool>& s
 
 void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const Faults& faults,
                              const std::atomic<bool>& stop) {
-  ++counters_.triggers;
-  const core::MonoTime now = core::MonoNow();
-  const core::MonoTime pulse = std::min(core::MonoTime::FromNs(message.mono_ns), now);
-  if (faults.miss || now - pulse > kStaleTrigger) {
-    ++counters_.missed;
-    return;
+  const core::MonoTime pulse = core::MonoTime::FromNs(message.mono_ns);
+  for (const TriggeredCamera::Frame& frame :
+       camera_.OnTrigger(message.sequence, pulse, core::MonoNow(), faults)) {
+    SleepUntil(frame.ready);
+    Deliver(frame, stop);
+    if (frame.header.trigger_sequence == message.sequence) {
+      counters_.longest_delivery = std::max(counters_.longest_delivery, core::MonoNow() - pulse);
+    }
   }
-  hooks_.trigger_pulse(pulse);
-  period_ = last_trigger_.IsSet() ? pulse - last_trigger_ : core::Duration{};
-  last_trigger_ = pulse;
-  prepared_ = false;
-  // A camera's own electronics cost the robot's computer nothing: the next picture is drawn when
-  // the robot has most likely done with this one.
-  prepare_at_ = pulse + (period_ < kLongestPeriod ? period_ / 2 : core::Duration{});
-
-  const double delay_s = options_.exposure_delay_s + options_.exposure_jitter_s * dice_.Normal();
-  const core::MonoTime start = pulse + core::DurationFromSeconds(std::max(delay_s, 0.0));
-  Exposure exposure{message.sequence, ++frame_sequence_, start, clock_.GpsAt(start)};
-  core::Expected<Picture> picture =
-      pictures_->Expose({.trigger_sequence = message.sequence, .exposure = exposure.gps});
-  if (picture && faults.dark) picture = DarkPicture(*picture);
-  if (picture && picture->exposed.IsSet()) {
-    exposure.gps = picture->exposed;
-    exposure.mono = clock_.MonoAt(picture->exposed);
-  }
-  hooks_.exposed(exposure);
-  std::optional<FrameOut> due = std::exchange(held_back_, std::nullopt);
-  if (due) Deliver(*due, stop);
-  if (!picture) {
-    std::fprintf(stderr, "kawara-sim: %s\n", picture.error().message.c_str());
-    ++counters_.lost;
-    return;
-  }
-  FrameOut frame;
-  frame.header.sequence = exposure.frame_sequence;
-  frame.header.trigger_sequence = message.sequence;
-  frame.header.exposure_start_mono_ns = exposure.mono.ns();
-  frame.header.width = picture->width;
-  frame.header.height = picture->height;
-  frame.header.payload_bytes = static_cast<std::uint32_t>(picture->jpeg.size());
-  frame.picture = std::move(*picture);
-  if (faults.late) {
-    held_back_ = std::move(frame);
-    return;
-  }
-  SleepUntil(start + core::DurationFromSeconds(options_.readout_s));
-  Deliver(frame, stop);
-  counters_.longest_delivery = std::max(counters_.longest_delivery, core::MonoNow() - pulse);
 }
 
-void CameraServer::Deliver(const FrameOut& frame, const std::atomic<bool>& stop) {
+void CameraServer::Deliver(const TriggeredCamera::Frame& frame, const std::atomic<bool>& stop) {
   if (SendAll(&frame.header, sizeof frame.header, stop) &&
       SendAll(frame.picture.jpeg.data(), frame.picture.jpeg.size(), stop)) {
     ++counters_.frames;
@@ -216,11 +173,12 @@ bool CameraServer::SendAll(const void* data, std::size_t size, const std::atomic
   return true;
 }
 
-void CameraServer::PrepareNext() {
-  prepared_ = true;
-  const bool regular = period_.count() > 0 && period_ < kLongestPeriod;
-  const core::MonoTime expected = regular ? last_trigger_ + period_ : core::MonoNow();
-  pictures_->Prepare(clock_.GpsAt(expected + core::DurationFromSeconds(options_.exposure_delay_s)));
+CameraServer::Counters CameraServer::counters() const {
+  Counters all = counters_;
+  all.triggers = camera_.counters().triggers;
+  all.missed = camera_.counters().missed;
+  all.lost += camera_.counters().spoiled;
+  return all;
 }
 
 }  // namespace kawara::sim

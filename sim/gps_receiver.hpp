@@ -78,6 +78,7 @@ class GpsReceiver final : public SerialInstrument {
   };
   const Counters& counters() const { return counters_; }
   const AshtechSettings& settings() const { return settings_; }
+  std::uint64_t dropped_messages() const { return transmitter_.dropped_messages(); }
 
  private:
   struct Pulse {

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "sim/janitor.hpp"
+#include "sim/pty.hpp"
 #include "sim/truth_log.hpp"
 
 namespace kawara::sim {
@@ -49,48 +50,57 @@ class ReadyFile {
   std::filesystem::path file_;
 };
 
-/// The fixes that have become true, one line each, as time passes.
-class EpochTruth {
+/// The camera's socket and thread; neither before Start().
+class CameraThread {
  public:
-  EpochTruth(const MeasuredMotion& motion, const SimClock& clock, TruthLog& log)
-      : motion_(motion), clock_(clock), log_(log) {
-    const auto& fixes = motion.recording.fixes;
-    while (next_ < fixes.size() && fixes[next_].time < motion.begin) ++next_;
+  CameraThread() = default;
+  ~CameraThread() { Stop(); }
+  CameraThread(const CameraThread&) = delete;
+  CameraThread& operator=(const CameraThread&) = delete;
+
+  /// `clock` and `instruments` must outlive it.
+  core::Expected<void> Start(const InstrumentOptions& options, const SimClock& clock,
+                             std::unique_ptr<PictureSource> pictures, InstrumentSet& instruments) {
+    CameraServer::Hooks hooks;
+    hooks.faults = [&instruments](core::MonoTime /*now*/) { return instruments.camera_faults(); };
+    hooks.trigger_pulse = [&instruments](core::MonoTime t) { instruments.OnTriggerPulse(t); };
+    hooks.exposed = [&instruments](const CameraServer::Exposure& e) { instruments.OnExposure(e); };
+    server_ = std::make_unique<CameraServer>(options.run_dir / "camera.sock", clock,
+                                             std::move(pictures), options.camera, std::move(hooks));
+    if (auto listening = server_->Listen(); !listening) return listening;
+    thread_ = std::thread([this] { server_->Run(stop_); });
+    return {};
   }
-  void Advance(core::MonoTime now) {
-    const auto& fixes = motion_.recording.fixes;
-    for (; next_ < fixes.size() && fixes[next_].time <= motion_.end; ++next_) {
-      const RecordedFix& fix = fixes[next_];
-      const core::MonoTime mono = clock_.MonoAt(fix.time);
-      if (mono > now) return;
-      log_.Epoch(fix.time, mono, motion_.antenna_at(fix.time),
-                 fix.rtk == core::RtkState::kFixed ? 1 : 2);
-    }
+  void Stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  CameraServer::Counters counters() const {
+    return server_ ? server_->counters() : CameraServer::Counters{};
   }
 
  private:
-  const MeasuredMotion& motion_;
-  const SimClock& clock_;
-  TruthLog& log_;
-  std::size_t next_ = 0;
+  std::unique_ptr<CameraServer> server_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
 };
 
-/// A laser scanner, its cable, and which faults are its own.
-struct Scanner {
-  Scanner(const ScannerSetup& setup, Pty pty, const MeasuredMotion& motion, const SimClock& clock)
-      : instrument(setup.cast, clock, motion.begin, motion.end, setup.options),
-        line(std::move(pty), instrument, setup.options.seed + 1) {}
-  SickScanner instrument;
-  SerialLine line;
-};
-struct ScannerFaults {
-  FaultKind unplug, silent, garbage, stuck, power;
-};
-constexpr std::array<ScannerFaults, 2> kScannerFaults{
-    {{FaultKind::kLaser1Unplug, FaultKind::kLaser1Silent, FaultKind::kLaser1Garbage,
-      FaultKind::kLaser1Stuck, FaultKind::kLaser1Power},
-     {FaultKind::kLaser2Unplug, FaultKind::kLaser2Silent, FaultKind::kLaser2Garbage,
-      FaultKind::kLaser2Stuck, FaultKind::kLaser2Power}}};
+core::Expected<InstrumentSet::Ports> OpenPorts(const std::filesystem::path& run_dir,
+                                               const MeasuredMotion& motion) {
+  InstrumentSet::Ports ports;
+  const auto open = [&run_dir](const std::string& name, std::unique_ptr<HostPort>& port) {
+    return Pty::Create(run_dir / name).map([&port](Pty pty) {
+      port = std::make_unique<Pty>(std::move(pty));
+    });
+  };
+  if (auto ok = open("gps", ports.gps); !ok) return tl::unexpected(ok.error());
+  if (auto ok = open("ahrs", ports.ahrs); !ok) return tl::unexpected(ok.error());
+  for (const ScannerSetup& setup : motion.scanners) {
+    if (auto ok = open(setup.port, ports.scanners.emplace_back()); !ok)
+      return tl::unexpected(ok.error());
+  }
+  return ports;
+}
 
 void AskForRealTime() {
   sched_param priority{};
@@ -102,6 +112,7 @@ void AskForRealTime() {
 }  // namespace
 
 std::string InstrumentSummary::ToText() const {
+  const InstrumentSet::Counters& i = instruments;
   std::array<char, 640> text{};
   std::snprintf(
       text.data(), text.size(),
@@ -111,26 +122,28 @@ std::string InstrumentSummary::ToText() const {
       "%llu saturated, %llu overrun bytes; camera %llu triggers, %llu frames, %llu missed, %llu "
       "lost, "
       "slowest %.1f ms; pacing at most %.1f ms late",
-      ran_s, stopped_early ? " (stopped)" : "", static_cast<unsigned long long>(gps.epochs),
-      static_cast<unsigned long long>(gps.sentences), static_cast<unsigned long long>(gps.commands),
-      static_cast<unsigned long long>(gps.refused),
-      static_cast<unsigned long long>(gps.rtcm_messages),
-      static_cast<unsigned long long>(gps_line.overrun_bytes),
-      static_cast<unsigned long long>(gps_dropped_messages),
-      static_cast<unsigned long long>(ahrs.samples), static_cast<unsigned long long>(ahrs.packets),
-      static_cast<unsigned long long>(ahrs.skipped),
-      static_cast<unsigned long long>(ahrs_saturated),
-      static_cast<unsigned long long>(ahrs_line.overrun_bytes),
+      ran_s, stopped_early ? " (stopped)" : "", static_cast<unsigned long long>(i.gps.epochs),
+      static_cast<unsigned long long>(i.gps.sentences),
+      static_cast<unsigned long long>(i.gps.commands),
+      static_cast<unsigned long long>(i.gps.refused),
+      static_cast<unsigned long long>(i.gps.rtcm_messages),
+      static_cast<unsigned long long>(i.gps_line.overrun_bytes),
+      static_cast<unsigned long long>(i.gps_dropped_messages),
+      static_cast<unsigned long long>(i.ahrs.samples),
+      static_cast<unsigned long long>(i.ahrs.packets),
+      static_cast<unsigned long long>(i.ahrs.skipped),
+      static_cast<unsigned long long>(i.ahrs_saturated),
+      static_cast<unsigned long long>(i.ahrs_line.overrun_bytes),
       static_cast<unsigned long long>(camera.triggers),
       static_cast<unsigned long long>(camera.frames),
       static_cast<unsigned long long>(camera.missed), static_cast<unsigned long long>(camera.lost),
       core::ToSeconds(camera.longest_delivery) * 1e3, core::ToSeconds(latest_wakeup) * 1e3);
   std::string all = text.data();
-  for (std::size_t i = 0; i < scanners.size(); ++i) {
-    all += "; laser" + std::to_string(i + 1) + " " + std::to_string(scanners[i].turns) +
-           " turns, " + std::to_string(scanners[i].scans) + " scans, " +
-           std::to_string(scanners[i].telegrams_in) + " telegrams in (" +
-           std::to_string(scanners[i].refused) + " refused)";
+  for (std::size_t n = 0; n < i.scanners.size(); ++n) {
+    const SickScanner::Counters& scanner = i.scanners[n];
+    all += "; laser" + std::to_string(n + 1) + " " + std::to_string(scanner.turns) + " turns, " +
+           std::to_string(scanner.scans) + " scans, " + std::to_string(scanner.telegrams_in) +
+           " telegrams in (" + std::to_string(scanner.refused) + " refused)";
   }
   return all;
 }
@@ -156,69 +169,30 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   const Janitor janitor(places);
   core::Expected<TruthLog> truth = TruthLog::Create(options.run_dir);
   if (!truth) return tl::unexpected(truth.error());
-  core::Expected<Pty> gps_pty = Pty::Create(options.run_dir / "gps");
-  if (!gps_pty) return tl::unexpected(gps_pty.error());
-  core::Expected<Pty> ahrs_pty = Pty::Create(options.run_dir / "ahrs");
-  if (!ahrs_pty) return tl::unexpected(ahrs_pty.error());
-
-  std::vector<Pty> scanner_ptys;
-  for (const ScannerSetup& setup : motion.scanners) {
-    core::Expected<Pty> pty = Pty::Create(options.run_dir / setup.port);
-    if (!pty) return tl::unexpected(pty.error());
-    scanner_ptys.push_back(std::move(*pty));
-  }
+  auto ports = OpenPorts(options.run_dir, motion);
+  if (!ports) return tl::unexpected(ports.error());
 
   // 2. Time starts a moment from now.
   const core::MonoTime begin = core::MonoNow() + core::DurationFromSeconds(options.lead_s);
   const SimClock clock(motion.begin, begin,
                        options.speed * (1.0 + options.machine_skew_ppm * 1e-6));
-  const FaultPlan plan(options.faults);
-  const auto active = [&](FaultKind kind, core::MonoTime t) {
-    return plan.Active(kind, t - begin);
-  };
-
-  GpsReceiver gps(motion.recording, clock, motion.begin, motion.end, options.gps);
-  Ahrs400 ahrs(motion.trace, clock, motion.begin, motion.end, options.ahrs);
-  SerialLine gps_line(std::move(*gps_pty), gps, options.gps.seed + 2);
-  SerialLine ahrs_line(std::move(*ahrs_pty), ahrs, options.gps.seed + 3);
-  std::vector<std::unique_ptr<Scanner>> scanners;
-  for (std::size_t i = 0; i < motion.scanners.size(); ++i) {
-    scanners.push_back(
-        std::make_unique<Scanner>(motion.scanners[i], std::move(scanner_ptys[i]), motion, clock));
-  }
-  EpochTruth epoch_truth(motion, clock, *truth);
-
-  std::unique_ptr<CameraServer> camera;
-  std::atomic<bool> camera_stop{false};
-  std::thread camera_thread;
+  InstrumentSet instruments(options, motion, clock, begin, std::move(*ports), *truth);
+  CameraThread camera;
   if (pictures) {
-    CameraServer::Hooks hooks;
-    hooks.faults = [&](core::MonoTime t) {
-      return CameraServer::Faults{.hang = active(FaultKind::kCameraHang, t),
-                                  .miss = active(FaultKind::kCameraMiss, t),
-                                  .late = active(FaultKind::kCameraLate, t),
-                                  .dark = active(FaultKind::kCameraDark, t),
-                                  .disconnected = active(FaultKind::kCameraDisconnect, t)};
-    };
-    hooks.trigger_pulse = [&](core::MonoTime pulse) { gps.AddEvent(pulse); };
-    hooks.exposed = [&](const CameraServer::Exposure& e) {
-      truth->Exposure(e.trigger_sequence, e.frame_sequence, e.gps, e.mono, motion.antenna_at(e.gps),
-                      motion.yaw_at(e.gps));
-    };
-    camera = std::make_unique<CameraServer>(options.run_dir / "camera.sock", clock,
-                                            std::move(pictures), options.camera, std::move(hooks));
-    const core::Expected<void> listening = camera->Listen();
+    const auto listening = camera.Start(options, clock, std::move(pictures), instruments);
     if (!listening) return tl::unexpected(listening.error());
-    camera_thread = std::thread([&] { camera->Run(camera_stop); });
+  }
+  FaultOrderInbox orders;
+  std::unique_ptr<FaultListener> listener;
+  if (options.lcm_url) {
+    auto started = FaultListener::Start(*options.lcm_url, options.command_channel, begin, orders);
+    if (!started) return tl::unexpected(started.error());
+    listener = std::move(*started);
   }
   if (options.realtime) AskForRealTime();
-  std::string scanner_devices;
-  for (std::size_t i = 0; i < scanners.size(); ++i)
-    scanner_devices += "\n" + motion.scanners[i].port + " " + scanners[i]->line.pty().device();
   const ReadyFile ready(options.run_dir / "ready",
-                        "pid " + std::to_string(getpid()) + "\ngps " + gps_line.pty().device() +
-                            "\nahrs " + ahrs_line.pty().device() + scanner_devices +
-                            "\nbegin_gps_ns " + std::to_string(motion.begin.ns()) +
+                        "pid " + std::to_string(getpid()) + "\n" + instruments.DevicesText() +
+                            "begin_gps_ns " + std::to_string(motion.begin.ns()) +
                             "\nbegin_mono_ns " + std::to_string(begin.ns()) + "\nend_gps_ns " +
                             std::to_string(motion.end.ns()) + "\n");
   std::printf("kawara-sim: ready in %s (%.1f s of the drive)\n", options.run_dir.c_str(),
@@ -230,64 +204,29 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   InstrumentSummary summary;
   core::Expected<void> healthy;
   core::MonoTime now = core::MonoNow();
-  while (!stop.load() && now < end && healthy) {
-    gps.SetFaults({.no_fix = active(FaultKind::kGpsNoFix, now),
-                   .bad_checksum = active(FaultKind::kGpsBadSum, now),
-                   .power_off = active(FaultKind::kGpsPower, now),
-                   .clock_step = active(FaultKind::kGpsClockStep, now),
-                   .no_pps = active(FaultKind::kGpsNoPps, now)});
-    ahrs.SetClockStep(active(FaultKind::kAhrsClockStep, now));
-    healthy = gps_line.Service(now, {.unplugged = active(FaultKind::kGpsUnplug, now),
-                                     .silent = active(FaultKind::kGpsSilent, now),
-                                     .garbage = active(FaultKind::kGpsGarbage, now),
-                                     .stuck = active(FaultKind::kGpsStuck, now)});
-    if (healthy) {
-      healthy = ahrs_line.Service(now, {.unplugged = active(FaultKind::kAhrsUnplug, now),
-                                        .silent = active(FaultKind::kAhrsSilent, now),
-                                        .garbage = active(FaultKind::kAhrsGarbage, now),
-                                        .stuck = active(FaultKind::kAhrsStuck, now)});
+  while (!stop.load() && now < end) {
+    for (const FaultOrder& order : orders.Take(instruments.planned_faults())) {
+      instruments.Take(now, order);
     }
-    SerialLine::Faults scanner_faults;
-    for (std::size_t i = 0; i < scanners.size() && healthy; ++i) {
-      if (i < kScannerFaults.size()) {
-        const ScannerFaults& own = kScannerFaults[i];
-        scanner_faults = {.unplugged = active(own.unplug, now),
-                          .silent = active(own.silent, now),
-                          .garbage = active(own.garbage, now),
-                          .stuck = active(own.stuck, now)};
-        scanners[i]->instrument.SetPower(now, !active(own.power, now));
-      } else {
-        scanner_faults = {};
-      }
-      healthy = scanners[i]->line.Service(now, scanner_faults);
-    }
-    epoch_truth.Advance(now);
+    healthy = instruments.Service(now);
+    if (!healthy) break;
     core::MonoTime wake = std::min(now + kLongestSleep, end);
-    const auto consider = [&wake](core::MonoTime due) {
-      if (due.IsSet()) wake = std::min(wake, due);
-    };
-    consider(gps_line.NextService());
-    consider(ahrs_line.NextService());
-    for (const auto& scanner : scanners) consider(scanner->line.NextService());
+    if (const core::MonoTime due = instruments.NextService(); due.IsSet())
+      wake = std::min(wake, due);
     SleepUntil(wake);
     now = core::MonoNow();
     summary.latest_wakeup = std::max(summary.latest_wakeup, now - wake);
   }
 
   // 4. Everything down again.
-  camera_stop = true;
-  if (camera_thread.joinable()) camera_thread.join();
+  listener.reset();
+  camera.Stop();
+  if (healthy) healthy = instruments.Service(now);  // exposures of the last moment
   if (!healthy) return tl::unexpected(healthy.error());
   summary.ran_s = core::ToSeconds(std::min(now, end) - begin);
   summary.stopped_early = now < end;
-  summary.gps = gps.counters();
-  summary.gps_line = gps_line.counters();
-  summary.gps_dropped_messages = gps.transmitter().dropped_messages();
-  summary.ahrs = ahrs.counters();
-  summary.ahrs_line = ahrs_line.counters();
-  summary.ahrs_saturated = ahrs.saturated();
-  if (camera) summary.camera = camera->counters();
-  for (const auto& scanner : scanners) summary.scanners.push_back(scanner->instrument.counters());
+  summary.instruments = instruments.counters();
+  summary.camera = camera.counters();
   return summary;
 }
 

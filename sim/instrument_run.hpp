@@ -1,65 +1,35 @@
 #pragma once
 #include <atomic>
-#include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "core/expected.hpp"
-#include "sim/ahrs400.hpp"
-#include "sim/ahrs_trace.hpp"
 #include "sim/camera_server.hpp"
-#include "sim/faults.hpp"
-#include "sim/gps_receiver.hpp"
+#include "sim/fault_command.hpp"
+#include "sim/instrument_set.hpp"
 #include "sim/picture_source.hpp"
-#include "sim/recording.hpp"
-#include "sim/sick_scanner.hpp"
 
 namespace kawara::sim {
 
 /// How instruments are played, whatever drive they measure.
-struct InstrumentOptions {
+struct InstrumentOptions : InstrumentSetup {
   std::filesystem::path run_dir;  ///< gets gps, ahrs, laser1.., camera.sock, truth_*.csv, ready
   double speed = 1.0;
   double machine_skew_ppm = 0.0;  ///< GPS time runs this much faster than this machine's clock
   bool realtime = true;           ///< ask for SCHED_FIFO; going without is no error
   double lead_s = 0.5;            ///< from "ready" to the first instant
-  GpsReceiverOptions gps;
-  Ahrs400Options ahrs;
   CameraOptions camera;
-  std::vector<Fault> faults;
-};
-
-/// One laser scanner beside the other instruments.
-struct ScannerSetup {
-  std::string port;  ///< name of its link in the run-dir: "laser1", "laser2"
-  RangeCaster cast;
-  SickScannerOptions options;
-};
-
-/// What the instruments measure, and the truth of it. Everything referred to must outlive the run.
-struct MeasuredMotion {
-  const Recording& recording;
-  const std::vector<AhrsState>& trace;
-  core::GpsTime begin, end;  ///< the part that is played
-  std::function<core::Geodetic(core::GpsTime)> antenna_at;
-  std::function<double(core::GpsTime)> yaw_at;  ///< true heading [rad]
-  std::vector<ScannerSetup> scanners = {};      ///< faults laser1 and laser2 hit the first two
+  std::optional<std::string> lcm_url;  ///< bus on which faults may be ordered; none: nowhere
+  std::string command_channel = kDefaultFaultChannel;
 };
 
 struct InstrumentSummary {
   double ran_s = 0.0;
   bool stopped_early = false;
-  GpsReceiver::Counters gps;
-  SerialLine::Counters gps_line;
-  std::uint64_t gps_dropped_messages = 0;
-  Ahrs400::Counters ahrs;
-  SerialLine::Counters ahrs_line;
-  std::uint64_t ahrs_saturated = 0;
+  InstrumentSet::Counters instruments;
   CameraServer::Counters camera;
-  std::vector<SickScanner::Counters> scanners;
   core::Duration latest_wakeup{};  ///< worst lateness of the pacing thread
   std::string ToText() const;      ///< one line
 };

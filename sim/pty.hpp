@@ -6,44 +6,35 @@
 #include <string>
 
 #include "core/expected.hpp"
+#include "sim/host_port.hpp"
 
 namespace kawara::sim {
 
 /// A serial port for somebody else to open: a pseudo-terminal behind a symbolic link of fixed name,
 /// as udev's by-id links are. Bytes written here come out there. What it cannot imitate (Linux 6):
 /// parity (the kernel drops PARENB silently), modem lines, pace (see UartTransmitter). One thread.
-class Pty {
+class Pty final : public HostPort {
  public:
   /// Creates the terminal, raw at 9600 baud as a fresh Linux serial port, and the link (an old link
   /// is replaced; anything else of that name is not: kInvalidArgument).
   static core::Expected<Pty> Create(const std::filesystem::path& link);
   Pty(Pty&& other) noexcept;
   Pty& operator=(Pty&&) = delete;
-  ~Pty();  ///< unplugs
+  ~Pty() override;  ///< unplugs
 
-  bool plugged() const { return master_fd_ >= 0; }
-  /// "/dev/pts/7"; empty while unplugged.
-  const std::string& device() const { return device_; }
+  bool plugged() const override { return master_fd_ >= 0; }
+  const std::string& device() const override { return device_; }
   const std::filesystem::path& link() const { return link_; }
 
   /// Cable out: the host sees end of file and I/O errors, the node and the link are gone.
-  void Unplug();
+  void Unplug() override;
   /// Cable in: same link, and a device of another number than before, whatever the host still holds
   /// open.
-  core::Expected<void> Replug();
+  core::Expected<void> Replug() override;
 
-  /// What the host has made of the port.
-  struct HostSide {
-    bool open = false;    ///< somebody has the device open
-    int baud_bps = 0;     ///< 0: a rate termios has no number for
-    bool parity = false;  ///< see above: kernels so far never show it
-  };
-  HostSide host() const;
-
-  /// Never blocks. Returns how many bytes went in; the rest met a full buffer (nobody reads).
-  std::size_t Write(std::span<const std::uint8_t> bytes);
-  /// Never blocks. Returns how many bytes the host had sent.
-  std::size_t Read(std::span<std::uint8_t> bytes);
+  HostSide host() const override;
+  std::size_t Write(std::span<const std::uint8_t> bytes) override;
+  std::size_t Read(std::span<std::uint8_t> bytes) override;
 
  private:
   explicit Pty(std::filesystem::path link) : link_(std::move(link)) {}

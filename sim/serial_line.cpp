@@ -11,22 +11,22 @@ constexpr core::Duration kFifoPeriod = core::Milliseconds(1);
 }  // namespace
 
 core::Expected<void> SerialLine::Service(core::MonoTime now, const Faults& faults) {
-  if (faults.unplugged && pty_.plugged()) pty_.Unplug();
-  if (!faults.unplugged && !pty_.plugged()) {
-    core::Expected<void> replugged = pty_.Replug();
+  if (faults.unplugged && port_->plugged()) port_->Unplug();
+  if (!faults.unplugged && !port_->plugged()) {
+    core::Expected<void> replugged = port_->Replug();
     if (!replugged) return replugged;
     ++counters_.replugs;
   }
-  const Pty::HostSide host = pty_.host();
+  const HostPort::HostSide host = port_->host();
   TakeInput(now, host);
   instrument_.Advance(now);
   GiveOutput(now, host, faults);
   return {};
 }
 
-void SerialLine::TakeInput(core::MonoTime now, const Pty::HostSide& host) {
+void SerialLine::TakeInput(core::MonoTime now, const HostPort::HostSide& host) {
   std::array<std::uint8_t, 512> buffer;
-  while (const std::size_t n = pty_.Read(buffer)) {
+  while (const std::size_t n = port_->Read(buffer)) {
     if (host.baud_bps == instrument_.transmitter().baud_bps() && !host.parity) {
       instrument_.Receive(now, std::span(buffer).first(n));
     } else {
@@ -35,7 +35,8 @@ void SerialLine::TakeInput(core::MonoTime now, const Pty::HostSide& host) {
   }
 }
 
-void SerialLine::GiveOutput(core::MonoTime now, const Pty::HostSide& host, const Faults& faults) {
+void SerialLine::GiveOutput(core::MonoTime now, const HostPort::HostSide& host,
+                            const Faults& faults) {
   for (;;) {
     UartTransmitter::Chunk chunk = instrument_.transmitter().TakeSent(now);
     if (chunk.bytes.empty()) return;
@@ -58,7 +59,7 @@ void SerialLine::GiveOutput(core::MonoTime now, const Pty::HostSide& host, const
                         ? std::vector<std::uint8_t>{}
                         : ReceiveAtWrongBaud(chunk.bytes, chunk.baud_bps, host.baud_bps);
     }
-    const std::size_t taken = pty_.Write(chunk.bytes);
+    const std::size_t taken = port_->Write(chunk.bytes);
     counters_.sent_bytes += taken;
     counters_.overrun_bytes += chunk.bytes.size() - taken;
   }

@@ -1,11 +1,14 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "core/time.hpp"
 #include "sim/dice.hpp"
+#include "sim/host_port.hpp"
 #include "sim/pty.hpp"
 #include "sim/uart.hpp"
 
@@ -25,14 +28,16 @@ class SerialInstrument {
   virtual core::MonoTime NextEvent() const = 0;
 };
 
-/// The cable between an instrument and a pseudo-terminal, with everything that goes wrong on
+/// The cable between an instrument and its host's port, with everything that goes wrong on
 /// cables: the host's wrong baud (garbage as a real UART would receive, nothing understood the
 /// other way), nobody listening (bytes are lost), a reader that is too slow (overrun, counted),
 /// silence, garbage, stuck bytes, unplugging. One thread.
 class SerialLine {
  public:
+  SerialLine(std::unique_ptr<HostPort> port, SerialInstrument& instrument, std::uint64_t seed)
+      : port_(std::move(port)), instrument_(instrument), dice_(seed) {}
   SerialLine(Pty pty, SerialInstrument& instrument, std::uint64_t seed)
-      : pty_(std::move(pty)), instrument_(instrument), dice_(seed) {}
+      : SerialLine(std::make_unique<Pty>(std::move(pty)), instrument, seed) {}
 
   struct Faults {
     bool unplugged = false;
@@ -55,13 +60,13 @@ class SerialLine {
     std::uint64_t replugs = 0;
   };
   const Counters& counters() const { return counters_; }
-  const Pty& pty() const { return pty_; }
+  const HostPort& port() const { return *port_; }
 
  private:
-  void TakeInput(core::MonoTime now, const Pty::HostSide& host);
-  void GiveOutput(core::MonoTime now, const Pty::HostSide& host, const Faults& faults);
+  void TakeInput(core::MonoTime now, const HostPort::HostSide& host);
+  void GiveOutput(core::MonoTime now, const HostPort::HostSide& host, const Faults& faults);
 
-  Pty pty_;
+  std::unique_ptr<HostPort> port_;
   SerialInstrument& instrument_;
   Dice dice_;
   core::MonoTime last_output_{};

@@ -66,6 +66,17 @@ int Tell(const kawara::core::Expected<sim::InstrumentSummary>& summary) {
   return 0;
 }
 
+/// 0 taken, 1 refused, 2 it reached nobody.
+int SendFault(const sim::FaultCommandOptions& o) {
+  const auto answer =
+      sim::SendFaultOrder(o.lcm_url, o.channel, o.text,
+                          kawara::core::DurationFromSeconds(o.patience_s), stop_requested);
+  if (!answer) return Fail(answer.error());
+  std::fprintf(answer->taken ? stdout : stderr, "kawara-sim: %s: %s\n",
+               answer->taken ? "taken" : "refused", answer->text.c_str());
+  return answer->taken ? 0 : 1;
+}
+
 int RunSurvey(const sim::SiteWorldOptions& where, const sim::SurveyOptions& options) {
   const auto world = sim::SiteWorld::Create(where);
   if (!world) return Fail(world.error());
@@ -96,6 +107,9 @@ int main(int argc, char** argv) {
   CLI::App& radio =
       *app.add_subcommand("radio", "carry the LCM bus of a robot to a base across a bad radio");
   sim::AddRadioOptions(radio, radio_options, faults);
+  sim::FaultCommandOptions fault_options;
+  CLI::App& fault = *app.add_subcommand("fault", "order a fault of a simulator that is running");
+  sim::AddFaultCommandOptions(fault, fault_options);
   app.add_option("--render", survey_options.folder,
                  "drive through a simulated site as fast as it can be drawn, into this folder")
       ->group("Survey folder");
@@ -104,7 +118,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty() && survey_options.folder.empty()) {
-      throw CLI::RequiredError("drive, site, radio or --render");
+      throw CLI::RequiredError("drive, site, radio, fault or --render");
     }
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
@@ -115,6 +129,7 @@ int main(int argc, char** argv) {
   sigaction(SIGINT, &action, nullptr);
   if (!survey_options.folder.empty()) return RunSurvey(survey_world, survey_options);
   if (radio.parsed()) return RunRadio(radio_options, faults);
+  if (fault.parsed()) return SendFault(fault_options);
   sim::InstrumentOptions& instruments =
       drive.parsed() ? drive_options.instruments : site_options.instruments;
   if (const auto finished = Finish(instruments, faults); !finished) return Fail(finished.error());

@@ -18,6 +18,11 @@ void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, std::vector<std::
          "\"t=30 gps.unplug 5s\": at 30 s of the run, for 5 s (default 5). All there are: " +
              AllFaultNames() + ". Repeatable")
       ->allow_extra_args(false);
+  app.add_option("--lcm-url", o.lcm_url,
+                 "listen there for faults ordered while it runs ('kawara-sim fault'); empty: LCM's "
+                 "default bus. Without it nothing is listened to");
+  app.add_option("--command-channel", o.command_channel, "on which they come")
+      ->capture_default_str();
   app.add_option("--lead", o.lead_s, "seconds between ready and the first instant")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
@@ -248,6 +253,19 @@ void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o) 
       ->check(CLI::Range(0.0, 45.0))
       ->capture_default_str();
   AddRenderingOptions(app, o.doughnut, o.camera);
+}
+
+void AddFaultCommandOptions(CLI::App& app, FaultCommandOptions& o) {
+  app.add_option("order", o.text,
+                 "\"gps.unplug 5s\": from now; \"t=30 gps.unplug 5s\": from the start of the run; "
+                 "several separated by ';'; \"clear\" ends all. All there are: " +
+                     AllFaultNames())
+      ->required();
+  app.add_option("--lcm-url", o.lcm_url, "the simulator's --lcm-url; empty: LCM's default bus");
+  app.add_option("--command-channel", o.channel, "the simulator's")->capture_default_str();
+  app.add_option("--timeout", o.patience_s, "seconds to wait for its answer")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
 }
 
 }  // namespace kawara::sim

@@ -10,12 +10,21 @@
 
 namespace kawara::sim {
 
+/// What `kawara-sim fault` can be told.
+struct FaultCommandOptions {
+  std::string text;
+  std::string lcm_url;
+  std::string channel = kDefaultFaultChannel;
+  double patience_s = 5.0;
+};
+
 /// The options of kawara-sim's commands, grouped as --help shows them. What they bind to must
 /// outlive parsing. `faults` gets the texts of --fault, for ParseFaults.
 void AddDriveOptions(CLI::App& app, DriveOptions& o, std::vector<std::string>& faults);
 void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& faults);
 void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>& faults);
 void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o);
+void AddFaultCommandOptions(CLI::App& app, FaultCommandOptions& o);
 
 /// A file of configs/ as found from the current folder or from where this program lies; the bare
 /// name if neither has it, for the error message.

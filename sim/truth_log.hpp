@@ -10,8 +10,7 @@
 namespace kawara::sim {
 
 /// What really was, beside what the instruments said: two CSV files for tests and for judging
-/// estimates. Each of the two is written by one thread; lines go out at once, so that a killed run
-/// leaves whole lines.
+/// estimates. One thread; lines go out at once, so that a killed run leaves whole lines.
 ///   truth_epochs.csv     gps_ns,mono_ns,lat_deg,lon_deg,h_m,q   every recorded fix of the run;
 ///   mono_ns is the
 ///                        instant of validity on this machine's clock; q 1 fixed, 2 float, as

@@ -69,7 +69,7 @@ class SurveyTest(Folder):
             (["--render", self.folder / "x", "--robot", SITE], "warehouse_yard.yaml:"),
             (["--render", "/proc/x", "--site", SITE], "/proc/x"),
             (["site"], "--run-dir is required"),
-            ([], "drive, site or --render"),
+            ([], "drive, site, radio, fault or --render"),
         ]
         for args, expected in cases:
             done = run("kawara-sim", *args, timeout=300)

@@ -121,8 +121,8 @@ TEST(InstrumentRun, TwoScannersSpeakOnTheirOwnPortsAndLeaveNoLinksBehind) {
   stop = true;
   run.join();
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_EQ(summary->scanners.size(), 2U);
-  EXPECT_GE(summary->scanners[1].scans, 2U);
+  ASSERT_EQ(summary->instruments.scanners.size(), 2U);
+  EXPECT_GE(summary->instruments.scanners[1].scans, 2U);
   EXPECT_NE(summary->ToText().find("laser2"), std::string::npos);
   for (const char* gone : {"laser1", "laser2", "gps", "ahrs", "ready"})
     EXPECT_FALSE(std::filesystem::is_symlink(run_dir / gone) ||
