@@ -1,5 +1,8 @@
 #include "sim/render/lens.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -63,17 +66,41 @@ float SurroundAt(const vision::CameraModel& camera, const LensSettings& lens, in
   return static_cast<float>(lens.surround * std::max(value, 0.0));
 }
 
-float PixelAngle(const vision::CameraModel& camera, int u, int v, const Eigen::Vector3d& ray) {
-  double product = 1.0;
+/// No pixel is smaller than this, nor are its sides parallel.
+constexpr float kLeastPixel_rad = 1e-6F;
+
+PixelTangents TangentsOf(const vision::CameraModel& camera, const PixelRay& ray) {
+  PixelTangents tangents;
   for (const bool along_u : {true, false}) {
-    double angle = 0.0;
-    for (const double step : {0.5, -0.5}) {
-      const auto other = camera.Unproject({u + (along_u ? step : 0.0), v + (along_u ? 0.0 : step)});
-      if (other) angle = std::max(angle, 2.0 * (*other - ray).norm());
+    const Eigen::Vector2d half(along_u ? 0.5 : 0.0, along_u ? 0.0 : 0.5);
+    const Eigen::Vector2d middle(ray.u, ray.v);
+    const auto before = camera.Unproject(middle - half);
+    const auto after = camera.Unproject(middle + half);
+    Eigen::Vector3d change = Eigen::Vector3d::Zero();
+    if (before && after) {
+      change = *after - *before;
+    } else if (before) {
+      change = 2.0 * (ray.direction_camera - *before);
+    } else if (after) {
+      change = 2.0 * (*after - ray.direction_camera);
     }
-    product *= std::max(angle, 1e-6);
+    (along_u ? tangents.along_u : tangents.along_v) = change.cast<float>();
   }
-  return static_cast<float>(std::sqrt(product));
+  return tangents;
+}
+
+// Pure functions of each ray, on all cores.
+void FindTangents(const vision::CameraModel& camera, RayTable& table) {
+  table.tangents.resize(table.rays.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, table.rays.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        PixelRay& ray = table.rays[i];
+                        const PixelTangents& t = table.tangents[i] = TangentsOf(camera, ray);
+                        ray.pixel_rad = std::sqrt(std::max(t.along_u.norm(), kLeastPixel_rad) *
+                                                  std::max(t.along_v.norm(), kLeastPixel_rad));
+                      }
+                    });
 }
 
 void AddDirt(const vision::CameraModel& camera, const LensSettings& lens, RayTable& table) {
@@ -123,7 +150,6 @@ RayTable RayTable::Build(const vision::CameraModel& camera, const LensSettings& 
     }
     PixelRay ray;
     ray.direction_camera = direction->normalized();
-    ray.pixel_rad = PixelAngle(camera, u, v, ray.direction_camera);
     const double from_middle = rim.At(u, v);
     ray.through =
         static_cast<float>(1.0 - lens.vignetting * from_middle * from_middle * from_middle);
@@ -143,6 +169,7 @@ RayTable RayTable::Build(const vision::CameraModel& camera, const LensSettings& 
       }
     }
   }
+  FindTangents(camera, table);
   AddDirt(camera, lens, table);
   return table;
 }

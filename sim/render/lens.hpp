@@ -38,6 +38,22 @@ struct PixelRay {
   std::uint16_t u = 0, v = 0;
 };
 
+/// How a pixel's ray changes from its left edge to its right one and from its upper to its lower.
+struct PixelTangents {
+  Eigen::Vector3f along_u, along_v;
+
+  /// Pixels between this pixel and the one that sees a direction `off` this one's ray; for a few
+  /// pixels.
+  Eigen::Vector2f PixelsTo(const Eigen::Vector3f& off) const {
+    const float a = along_u.squaredNorm();
+    const float b = along_u.dot(along_v);
+    const float c = along_v.squaredNorm();
+    const float u = along_u.dot(off);
+    const float v = along_v.dot(off);
+    return Eigen::Vector2f(u * c - v * b, v * a - u * b) / (a * c - b * b);
+  }
+};
+
 /// One pixel beside the field of view, and how bright it is (linear, 1: white).
 struct SurroundPixel {
   std::uint32_t index = 0;
@@ -50,6 +66,7 @@ struct RayTable {
   /// Tile after tile (32 x 32), in it 4 x 4 block after block, so that sixteen rays in a row are
   /// neighbours.
   std::vector<PixelRay> rays;
+  std::vector<PixelTangents> tangents;  ///< of each ray
   std::vector<SurroundPixel> surround;
   int width_px = 0;
   /// Place in `rays` of pixel v * width + u, or -1.

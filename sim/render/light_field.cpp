@@ -58,6 +58,7 @@ LightField::LightField(const RayScene& scene, const SkyMap& sky,
                       static_cast<std::size_t>(std::max(settings.max_points, 64)))) {
     cell_m_ *= 1.25F;
   }
+  per_cell_m_ = 1.0F / cell_m_;
   points_.resize(places_.size());
   const RayScene::Moment moment = scene.MomentAt(time_s);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points_.size(), 256),
@@ -177,49 +178,58 @@ void LightField::Measure(const RayScene& scene, const SkyMap& sky, const RayScen
   }
 }
 
-Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m,
-                              const Eigen::Vector3f& normal_enu) const {
-  const Eigen::Vector3f place =
-      (place_enu_m.cast<float>() + 0.5F * cell_m_ * normal_enu - low_) / cell_m_;
-  const Eigen::Vector3i cell(FloorInt(place.x()), FloorInt(place.y()), FloorInt(place.z()));
-  std::array<const Point*, 8> near{};
-  std::array<float, 8> weight{};
-  std::size_t count = 0;
-  float weights = 0.0F;
-  bool near_surface = false;
-  if ((cell.array() >= 0).all() && (cell.array() + 1 < size_.array()).all()) {
-    const Eigen::Vector3f f = place - cell.cast<float>();
-    for (int corner = 0; corner < 8; ++corner) {
-      const int i = corner & 1;
-      const int j = corner >> 1 & 1;
-      const int k = corner >> 2;
-      const std::int32_t number = point_at_[Index(cell.x() + i, cell.y() + j, cell.z() + k)];
-      if (number < 0) continue;
-      near_surface = true;
-      const Point& point = points_[static_cast<std::size_t>(number)];
-      if (point.inside_solid) continue;
-      near[count] = &point;
-      weight[count] = (i != 0 ? f.x() : 1.0F - f.x()) * (j != 0 ? f.y() : 1.0F - f.y()) *
-                      (k != 0 ? f.z() : 1.0F - f.z());
-      weights += weight[count++];
+void LightField::Unpack(const Eigen::Vector3i& at, Cell& cell) const {
+  cell.at = at;
+  cell.near_surface = false;
+  cell.usable.fill(0.0F);
+  if ((at.array() < 0).any() || (at.array() + 1 >= size_.array()).any()) return;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const auto bit = [corner](unsigned axis) { return static_cast<int>(corner >> axis & 1U); };
+    const std::int32_t number = point_at_[Index(at.x() + bit(0), at.y() + bit(1), at.z() + bit(2))];
+    if (number < 0) continue;
+    cell.near_surface = true;
+    const Point& point = points_[static_cast<std::size_t>(number)];
+    if (point.inside_solid) continue;
+    cell.usable[corner] = 1.0F;
+    for (std::size_t plate = 0; plate < 6; ++plate) {
+      const std::uint16_t* steps = &point.plates[4 * plate];
+      cell.plates[corner][plate] =
+          Eigen::Array4f(static_cast<float>(steps[0]), static_cast<float>(steps[1]),
+                         static_cast<float>(steps[2]), 0.0F);
     }
   }
+}
+
+Eigen::Array3f LightField::At(const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& normal_enu,
+                              Cell& cell) const {
+  const Eigen::Vector3f place =
+      (place_enu_m.cast<float>() + 0.5F * cell_m_ * normal_enu - low_) * per_cell_m_;
+  const Eigen::Vector3i at(FloorInt(place.x()), FloorInt(place.y()), FloorInt(place.z()));
+  if (at != cell.at) Unpack(at, cell);
+  const Eigen::Vector3f f = place - at.cast<float>();
+  const Eigen::Vector3f g = Eigen::Vector3f::Ones() - f;
+  std::array<float, 8> weight;
+  float weights = 0.0F;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    weight[corner] = cell.usable[corner] * ((corner & 1U) != 0 ? f.x() : g.x()) *
+                     ((corner & 2U) != 0 ? f.y() : g.y()) * ((corner & 4U) != 0 ? f.z() : g.z());
+    weights += weight[corner];
+  }
   if (weights > 0.02F) {
-    std::array<float, 4> sum{};
+    Eigen::Array4f sum = Eigen::Array4f::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       const float square = normal_enu[axis] * normal_enu[axis];
       if (square < kLeastSquare) continue;  // most surfaces face along an axis
-      const auto first = 8U * static_cast<std::size_t>(axis) + (normal_enu[axis] > 0.0F ? 0U : 4U);
-      for (std::size_t n = 0; n < count; ++n) {
-        const float share = weight[n] * square;
-        for (std::size_t c = 0; c < 4; ++c) {
-          sum[c] += share * static_cast<float>(near[n]->plates[first + c]);
-        }
+      const auto plate = 2U * static_cast<std::size_t>(axis) + (normal_enu[axis] > 0.0F ? 0U : 1U);
+      Eigen::Array4f light = Eigen::Array4f::Zero();
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        if (weight[corner] > 0.0F) light += weight[corner] * cell.plates[corner][plate];
       }
+      sum += square * light;
     }
-    return Eigen::Array3f(sum[0], sum[1], sum[2]) * (kLightStep / weights);
+    return sum.head<3>() * (kLightStep / weights);
   }
-  if (near_surface) return kBetweenSolids * open_sky_;
+  if (cell.near_surface) return kBetweenSolids * open_sky_;
   const float up = 0.5F + 0.5F * normal_enu.z();  // in the open air, as the robot's own body
   return open_sky_ * up + open_ground_ * (1.0F - up);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "sim/render/ray_scene.hpp"
@@ -29,8 +30,24 @@ class LightField {
   LightField(const RayScene& scene, const SkyMap& sky, const Eigen::AlignedBox3f& region_enu_m,
              double time_s, const LightSettings& settings);
 
+  /// The cell a look-up fell into, unpacked: neighbouring looks mostly fall into the same one. Each
+  /// thread has its own, for one LightField.
+  struct Cell {
+    Eigen::Vector3i at = Eigen::Vector3i::Constant(std::numeric_limits<int>::min());
+    bool near_surface = false;
+    std::array<float, 8> usable{};  ///< 0: no point at this corner, or inside something; 1
+    /// Of corner n: plates facing +e, -e, +n, -n, +u, -u.
+    std::array<std::array<Eigen::Array4f, 6>, 8> plates;
+  };
+
   /// Light on a surface at a place, over pi, in SkyMap's units. `normal_enu` points to the viewer.
-  Eigen::Array3f At(const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& normal_enu) const;
+  /// What is in `cell` changes nothing but the time it takes.
+  Eigen::Array3f At(const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& normal_enu,
+                    Cell& cell) const;
+  Eigen::Array3f At(const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& normal_enu) const {
+    Cell cell;
+    return At(place_enu_m, normal_enu, cell);
+  }
 
   float cell_m() const { return cell_m_; }
   std::size_t point_count() const { return points_.size(); }
@@ -46,6 +63,7 @@ class LightField {
                    std::size_t max_points);
   void Measure(const RayScene& scene, const SkyMap& sky, const RayScene::Moment& moment,
                std::size_t number);
+  void Unpack(const Eigen::Vector3i& at, Cell& cell) const;
   std::size_t Index(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * static_cast<std::size_t>(size_.y()) +
             static_cast<std::size_t>(j)) *
@@ -54,6 +72,7 @@ class LightField {
   }
 
   float cell_m_;
+  float per_cell_m_ = 1.0F;
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
   std::vector<std::int32_t> point_at_;  ///< of a grid place; -1: none

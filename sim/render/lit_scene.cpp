@@ -1,11 +1,11 @@
 #include "sim/render/lit_scene.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <set>
 
-#include "sim/render/noise2.hpp"
-#include "sim/render/surface_pattern.hpp"
+#include "core/check.hpp"
 
 namespace kawara::sim {
 namespace {
@@ -87,25 +87,64 @@ bool LitScene::WantsSun(const Material& material, const RayHit& hit,
   return true;
 }
 
-Eigen::Array3f LitScene::Shade(const SurfaceView& view, bool may_mirror) const {
-  const RayHit& hit = view.hit;
-  const auto range_m = static_cast<float>(hit.range_m);
-  float along = hit.normal_enu.dot(view.direction_enu);
-  const Eigen::Vector3f normal = along > 0.0F ? Eigen::Vector3f(-hit.normal_enu) : hit.normal_enu;
-  const float cosine = std::max(std::abs(along), kMinGrazing);
-  along = -cosine;
+void LitScene::Shade(std::span<const SurfaceView> views, bool may_mirror, Memory& memory,
+                     std::span<Eigen::Array3f> light) const {
+  CORE_CHECK(views.size() <= SurfacePoints::kMost && light.size() >= views.size());
+  std::array<Eigen::Vector3f, SurfacePoints::kMost> normals;
+  std::array<float, SurfacePoints::kMost> cosines;
+  SurfacePoints points;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const SurfaceView& view = views[i];
+    const RayHit& hit = *view.hit;
+    const float along = hit.normal_enu.dot(view.direction_enu);
+    normals[i] = along > 0.0F ? Eigen::Vector3f(-hit.normal_enu) : hit.normal_enu;
+    cosines[i] = std::max(std::abs(along), kMinGrazing);
+    const float width_m = static_cast<float>(hit.range_m) * view.pixel_rad;
+    points.u_m[i] = hit.uv_m.x();
+    points.v_m[i] = hit.uv_m.y();
+    points.footprint_u_m[i] =
+        Footprint(hit.gradient_u, normals[i], view.direction_enu, -cosines[i], width_m);
+    points.footprint_v_m[i] =
+        Footprint(hit.gradient_v, normals[i], view.direction_enu, -cosines[i], width_m);
+  }
+  // Material by material: what is near in the picture is mostly of one.
+  std::uint32_t left = (1U << views.size()) - 1U;
+  SurfaceColours colours;
+  while (left != 0) {
+    const Material* material = views[static_cast<std::size_t>(std::countr_zero(left))].material;
+    std::array<std::size_t, SurfacePoints::kMost> of{};
+    std::size_t count = 0;
+    SurfacePoints some;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if ((left >> i & 1U) == 0 || views[i].material != material) continue;
+      some.u_m[count] = points.u_m[i];
+      some.v_m[count] = points.v_m[i];
+      some.footprint_u_m[count] = points.footprint_u_m[i];
+      some.footprint_v_m[count] = points.footprint_v_m[i];
+      of[count++] = i;
+      left &= ~(1U << i);
+    }
+    ColoursOf(*material, some, count, colours);
+    for (std::size_t k = 0; k < count; ++k) {
+      const SurfaceColour colour{{colours.red[k], colours.green[k], colours.blue[k]},
+                                 colours.slope_u[k],
+                                 colours.slope_v[k],
+                                 colours.gloss[k],
+                                 colours.luminance};
+      const std::size_t i = of[k];
+      light[i] = LightOf(views[i], normals[i], cosines[i], colour, may_mirror, memory);
+    }
+  }
+}
 
-  SurfacePoint point;
-  point.uv_m = hit.uv_m;
-  const float width_m = range_m * view.pixel_rad;
-  point.footprint_u_m = Footprint(hit.gradient_u, normal, view.direction_enu, along, width_m);
-  point.footprint_v_m = Footprint(hit.gradient_v, normal, view.direction_enu, along, width_m);
-  const SurfaceColour colour = ColourOf(view.material, point);
-
+Eigen::Array3f LitScene::LightOf(const SurfaceView& view, const Eigen::Vector3f& normal,
+                                 float cosine, const SurfaceColour& colour, bool may_mirror,
+                                 Memory& memory) const {
+  const RayHit& hit = *view.hit;
   // Relief tilts the normal; the true surface still says what faces the sun at all.
   const Eigen::Vector3f relief =
       (normal - colour.slope_u * hit.gradient_u - colour.slope_v * hit.gradient_v).normalized();
-  const Eigen::Array3f around = light_.At(view.place_enu_m, normal);
+  const Eigen::Array3f around = light_.At(view.place_enu_m, normal, memory.around);
   Eigen::Array3f light =
       around * (0.75F + 0.25F * relief.dot(normal) + 0.3F * (relief.z() - normal.z()));
   const Eigen::Vector3f& to_sun = sky_.to_sun_enu();
@@ -124,10 +163,10 @@ Eigen::Array3f LitScene::Shade(const SurfaceView& view, bool may_mirror) const {
     const Eigen::Vector3f bounced =
         (view.direction_enu - 2.0F * relief.dot(view.direction_enu) * relief).normalized();
     Eigen::Array3f mirrored = Eigen::Array3f::Zero();
-    if (view.material.pattern == Pattern::kGlass && may_mirror && share > kLeastMirror) {
+    if (view.material->pattern == Pattern::kGlass && may_mirror && share > kLeastMirror) {
       mirrored = Mirrored(view, bounced);
     } else {
-      mirrored = light_.At(view.place_enu_m, bounced);
+      mirrored = light_.At(view.place_enu_m, bounced, memory.mirrored);
     }
     if (view.sunlit && normal.dot(to_sun) > 0.0F) {
       const float shine = std::max(bounced.dot(to_sun), 0.0F);
@@ -135,6 +174,7 @@ Eigen::Array3f LitScene::Shade(const SurfaceView& view, bool may_mirror) const {
     }
     out = out * (1.0F - share) + mirrored * share;
   }
+  const auto range_m = static_cast<float>(hit.range_m);
   const float haze = range_m / (range_m + kVisibility_m);
   return out + (sky_.haze_rgb() - out) * haze;
 }
@@ -145,14 +185,18 @@ Eigen::Array3f LitScene::Mirrored(const SurfaceView& view, const Eigen::Vector3f
   const RayHit hit = rays_.Cast(start, to, view.moment);
   if (!hit.hit()) return sky_.Radiance(to.cast<float>());
   const Material& material = rays_.materials()[hit.material];
-  SurfaceView far{material, hit,        start + hit.range_m * to, to.cast<float>(), kMirrorBlur_rad,
-                  false,    view.moment};
+  SurfaceView far{
+      &material, &hit,       start + hit.range_m * to, to.cast<float>(), kMirrorBlur_rad,
+      false,     view.moment};
   Eigen::Vector3d off_surface;
   if (WantsSun(material, hit, far.place_enu_m, far.direction_enu, off_surface)) {
     far.sunlit = !rays_.Blocked(off_surface, sky_.to_sun_enu().cast<double>(),
                                 std::numeric_limits<double>::infinity(), view.moment);
   }
-  return Shade(far, false);
+  Memory own;
+  Eigen::Array3f light;
+  Shade({&far, 1}, false, own, {&light, 1});
+  return light;
 }
 
 }  // namespace kawara::sim

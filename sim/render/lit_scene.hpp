@@ -1,17 +1,19 @@
 #pragma once
 #include <memory>
+#include <span>
 
 #include "core/expected.hpp"
 #include "sim/render/light_field.hpp"
 #include "sim/render/ray_scene.hpp"
 #include "sim/render/sky_map.hpp"
+#include "sim/render/surface_pattern.hpp"
 
 namespace kawara::sim {
 
 /// One look at a surface.
 struct SurfaceView {
-  const Material& material;
-  const RayHit& hit;              ///< normal and gradients in ENU
+  const Material* material = nullptr;
+  const RayHit* hit = nullptr;    ///< normal and gradients in ENU
   Eigen::Vector3d place_enu_m;    ///< of the hit
   Eigen::Vector3f direction_enu;  ///< of the ray, away from the eye; unit
   float pixel_rad = 0.0F;         ///< angle between neighbouring pixels
@@ -35,13 +37,23 @@ class LitScene {
   /// `start`: where the shadow ray begins, a little off the surface.
   bool WantsSun(const Material& material, const RayHit& hit, const Eigen::Vector3d& place_enu_m,
                 const Eigen::Vector3f& direction_enu, Eigen::Vector3d& start) const;
-  /// Light that leaves the surface towards the eye, haze on its way included (linear RGB; a white
-  /// level surface in the open is 1). Glass casts one more ray for what it mirrors.
-  Eigen::Array3f Radiance(const SurfaceView& view) const { return Shade(view, true); }
+  /// What one thread remembers from look to look, to be quicker; it changes no result.
+  struct Memory {
+    LightField::Cell around, mirrored;
+  };
+  /// Light that leaves up to sixteen surfaces towards the eye, haze on its way included (linear
+  /// RGB; a white level surface in the open is 1). Glass casts one more ray for what it mirrors.
+  void Radiance(std::span<const SurfaceView> views, Memory& memory,
+                std::span<Eigen::Array3f> light) const {
+    Shade(views, true, memory, light);
+  }
 
  private:
   LitScene(RayScene rays, const Eigen::AlignedBox3f& lit_region_enu_m, const LightSettings& light);
-  Eigen::Array3f Shade(const SurfaceView& view, bool may_mirror) const;
+  void Shade(std::span<const SurfaceView> views, bool may_mirror, Memory& memory,
+             std::span<Eigen::Array3f> light) const;
+  Eigen::Array3f LightOf(const SurfaceView& view, const Eigen::Vector3f& normal, float cosine,
+                         const SurfaceColour& colour, bool may_mirror, Memory& memory) const;
   Eigen::Array3f Mirrored(const SurfaceView& view, const Eigen::Vector3f& direction) const;
 
   RayScene rays_;

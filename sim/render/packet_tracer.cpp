@@ -1,5 +1,6 @@
 #include "sim/render/packet_tracer.hpp"
 
+#include <bit>
 #include <cmath>
 
 #include "core/check.hpp"
@@ -16,20 +17,11 @@ std::uint32_t SurfaceKey(const RayHit& hit, bool sunlit) {
   const auto part = [&](float x) { return FloorInt(8.0F * x + 0.5F); };
   return HashCell(part(hit.normal_enu.x()),
                   part(hit.normal_enu.y()) * 64 + part(hit.normal_enu.z()),
-                  hit.object * 2U + (sunlit ? 1U : 0U) + hit.material * 0x10001U);
+                  hit.object * 2U + (sunlit ? 1U : 0U) + hit.material * 0x10001U) |
+         1U;
 }
 
 }  // namespace
-
-struct PacketTracer::Met {
-  RayHit hit;
-  Eigen::Vector3d direction_enu;
-  Eigen::Vector3d place_enu_m;
-  Eigen::Vector3d sun_start_enu_m;
-  const Material* material = nullptr;
-  bool wants_sun = false;
-  bool sunlit = false;
-};
 
 PacketTracer::PacketTracer(std::shared_ptr<const LitScene> scene, const RobotBody& body)
     : scene_(std::move(scene)) {
@@ -49,13 +41,13 @@ bool PacketTracer::MeetsBody(const Eigen::Vector3d& direction_camera) const {
 }
 
 void PacketTracer::FindSurfaces(const Rays& rays, int count, const RayScene::Moment& moment,
-                                std::array<Met, kPacketRays>& met) const {
+                                Sights& sights) const {
   RayPacket to_world;
   RayPacket to_body;
   for (int lane = 0; lane < count; ++lane) {
     const auto l = static_cast<std::size_t>(lane);
-    met[l].direction_enu = rays[l].pose->R_enu_camera * rays[l].direction_camera;
-    to_world.Set(lane, rays[l].pose->origin_enu_m, met[l].direction_enu);
+    sights[l].direction_enu = rays[l].pose->R_enu_camera * rays[l].direction_camera;
+    to_world.Set(lane, rays[l].pose->origin_enu_m, sights[l].direction_enu);
     if (body_ && rays[l].may_meet_body) {
       to_body.Set(lane, Eigen::Vector3d::Zero(), rays[l].direction_camera);
     }
@@ -67,8 +59,11 @@ void PacketTracer::FindSurfaces(const Rays& rays, int count, const RayScene::Mom
   scene_->rays().Intersect(to_world, moment, hits);
   for (int lane = 0; lane < count; ++lane) {
     const auto l = static_cast<std::size_t>(lane);
-    Met& m = met[l];
+    Sight& m = sights[l];
     const ShutterPoses::Pose& pose = *rays[l].pose;
+    m.hit = {};
+    m.material = nullptr;
+    m.pixel_rad = rays[l].pixel_rad;
     if (hits.triangle[l] != kNoTriangle) {
       m.hit = scene_->rays().Resolve(hits.triangle[l], hits.range_m[l], pose.origin_enu_m,
                                      m.direction_enu);
@@ -91,13 +86,13 @@ void PacketTracer::FindSurfaces(const Rays& rays, int count, const RayScene::Mom
 }
 
 void PacketTracer::FindSunlight(const Rays& rays, int count, const RayScene::Moment& moment,
-                                std::array<Met, kPacketRays>& met) const {
+                                Sights& sights) const {
   const Eigen::Vector3d to_sun = scene_->sky().to_sun_enu().cast<double>();
   RayPacket to_world;
   RayPacket to_body;
   for (int lane = 0; lane < count; ++lane) {
     const auto l = static_cast<std::size_t>(lane);
-    Met& m = met[l];
+    Sight& m = sights[l];
     m.wants_sun = m.hit.hit() && scene_->WantsSun(*m.material, m.hit, m.place_enu_m,
                                                   m.direction_enu.cast<float>(), m.sun_start_enu_m);
     if (!m.wants_sun) continue;
@@ -112,31 +107,46 @@ void PacketTracer::FindSunlight(const Rays& rays, int count, const RayScene::Mom
   to_body.lanes &= ~shaded;
   const std::uint32_t shaded_by_body = to_body.lanes != 0 ? body_->Blocked(to_body, {}) : 0;
   for (int lane = 0; lane < count; ++lane) {
-    Met& m = met[static_cast<std::size_t>(lane)];
+    Sight& m = sights[static_cast<std::size_t>(lane)];
     m.sunlit = m.wants_sun && ((shaded | shaded_by_body) >> lane & 1U) == 0;
   }
 }
 
 void PacketTracer::Trace(const Rays& rays, int count, const RayScene::Moment& moment,
-                         Traced& traced) const {
-  std::array<Met, kPacketRays> met;
-  FindSurfaces(rays, count, moment, met);
-  FindSunlight(rays, count, moment, met);
+                         Sights& sights) const {
+  FindSurfaces(rays, count, moment, sights);
+  FindSunlight(rays, count, moment, sights);
   for (int lane = 0; lane < count; ++lane) {
-    const auto l = static_cast<std::size_t>(lane);
-    const Met& m = met[l];
-    TracedRay& out = traced[l];
-    out.range_m = static_cast<float>(m.hit.range_m);
-    out.object = m.hit.object;
-    if (!m.hit.hit()) {
-      out.light = scene_->sky().Radiance(m.direction_enu.cast<float>());
-      out.surface_key = 0;
+    Sight& sight = sights[static_cast<std::size_t>(lane)];
+    sight.surface_key = sight.hit.hit() ? SurfaceKey(sight.hit, sight.sunlit) : Sight::kSky;
+  }
+}
+
+void PacketTracer::Shade(const Sights& sights, std::uint32_t lanes, const RayScene::Moment& moment,
+                         LitScene::Memory& memory, Lights& light) const {
+  std::array<SurfaceView, kPacketRays> views;
+  Lights shaded;
+  std::array<std::size_t, kPacketRays> of{};
+  std::size_t count = 0;
+  for (std::uint32_t left = lanes; left != 0; left &= left - 1U) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+    const Sight& sight = sights[lane];
+    if (!sight.hit.hit()) {
+      light[lane] = scene_->sky().Radiance(sight.direction_enu.cast<float>());
       continue;
     }
-    out.light = scene_->Radiance({*m.material, m.hit, m.place_enu_m, m.direction_enu.cast<float>(),
-                                  rays[l].pixel_rad, m.sunlit, moment});
-    out.surface_key = SurfaceKey(m.hit, m.sunlit);
+    views[count] = {sight.material,
+                    &sight.hit,
+                    sight.place_enu_m,
+                    sight.direction_enu.cast<float>(),
+                    sight.pixel_rad,
+                    sight.sunlit,
+                    moment};
+    of[count++] = lane;
   }
+  if (count == 0) return;
+  scene_->Radiance({views.data(), count}, memory, shaded);
+  for (std::size_t i = 0; i < count; ++i) light[of[i]] = shaded[i];
 }
 
 }  // namespace kawara::sim

@@ -17,12 +17,20 @@ struct CameraRay {
   bool may_meet_body = false;
 };
 
-/// What it brought back.
-struct TracedRay {
-  Eigen::Array3f light = Eigen::Array3f::Zero();
-  float range_m = 0.0F;
-  std::uint32_t object = 0;
-  std::uint32_t surface_key = 0;  ///< differs where the surface, its facing or its sunlight differ
+/// What a ray met.
+struct Sight {
+  RayHit hit;  ///< normal and gradients in ENU, also the body's
+  Eigen::Vector3d direction_enu;
+  Eigen::Vector3d place_enu_m;
+  Eigen::Vector3d sun_start_enu_m;
+  const Material* material = nullptr;  ///< null: the sky
+  float pixel_rad = 0.0F;
+  bool wants_sun = false;
+  bool sunlit = false;
+  /// Differs where the surface, its facing or its sunlight differ; kSky: nothing was met.
+  std::uint32_t surface_key = 0;
+
+  static constexpr std::uint32_t kSky = 0;
 };
 
 /// Follows up to sixteen camera rays at once: the robot's own body first, then the scene, then from
@@ -32,19 +40,23 @@ class PacketTracer {
   PacketTracer(std::shared_ptr<const LitScene> scene, const RobotBody& body);
 
   using Rays = std::array<CameraRay, kPacketRays>;
-  using Traced = std::array<TracedRay, kPacketRays>;
-  void Trace(const Rays& rays, int count, const RayScene::Moment& moment, Traced& traced) const;
+  using Sights = std::array<Sight, kPacketRays>;
+  using Lights = std::array<Eigen::Array3f, kPacketRays>;
+  /// What the first `count` rays meet.
+  void Trace(const Rays& rays, int count, const RayScene::Moment& moment, Sights& sights) const;
+  /// The light that comes from there, for those whose bit is set in `lanes`.
+  void Shade(const Sights& sights, std::uint32_t lanes, const RayScene::Moment& moment,
+             LitScene::Memory& memory, Lights& light) const;
 
   /// Whether a ray from the camera meets the body.
   bool MeetsBody(const Eigen::Vector3d& direction_camera) const;
   const LitScene& scene() const { return *scene_; }
 
  private:
-  struct Met;
   void FindSurfaces(const Rays& rays, int count, const RayScene::Moment& moment,
-                    std::array<Met, kPacketRays>& met) const;
+                    Sights& sights) const;
   void FindSunlight(const Rays& rays, int count, const RayScene::Moment& moment,
-                    std::array<Met, kPacketRays>& met) const;
+                    Sights& sights) const;
 
   std::shared_ptr<const LitScene> scene_;
   std::optional<RayScene> body_;

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "core/check.hpp"
+#include "sim/render/first_look.hpp"
 #include "sim/render/noise2.hpp"
 #include "sim/render/packet_tracer.hpp"
 #include "sim/render/shutter.hpp"
@@ -21,6 +22,8 @@ namespace {
 constexpr std::size_t kChunk = 1024;
 /// Streaks are looked for no farther than this from what makes them.
 constexpr float kLongestReach_px = 12.0F;
+/// Directions further apart are no longer told by tangents.
+constexpr float kMostBlur_px = 48.0F;
 /// What dirt scatters, as a share of the light from an open sky.
 constexpr float kVeilLight = 0.8F;
 
@@ -62,11 +65,19 @@ struct Renderer::Impl {
   template <class Work>
   void InChunks(std::size_t size, const Work& work) const;
   struct Exposing;
+  struct Sample;
   void TraceCentres(Exposing& e, std::size_t first, std::size_t last) const;
-  double BlurOf(const Exposing& e, std::size_t ray) const;
+  Eigen::Vector2f BlurOf(const Exposing& e, std::size_t ray) const;
   void FindBlur(Exposing& e) const;
-  int SamplesFor(const Exposing& e, std::size_t ray) const;
+  struct Plan;
+  Plan PlanFor(const Exposing& e, std::size_t ray) const;
+  Eigen::Array3f Smeared(const Exposing& e, std::size_t ray, int samples) const;
+  bool SeenBefore(const Exposing& e, const Sample& sample, const Sight& sight,
+                  Eigen::Array3f& light) const;
   void Refine(Exposing& e, std::size_t first, std::size_t last) const;
+  std::size_t IndexOf(const PixelRay& pixel) const {
+    return static_cast<std::size_t>(pixel.v) * static_cast<std::size_t>(table.width_px) + pixel.u;
+  }
   void Develop(const Exposing& e, const RenderRequest& request, RenderedFrame& frame) const;
 };
 
@@ -74,12 +85,27 @@ struct Renderer::Impl {
 struct Renderer::Impl::Exposing {
   ShutterPoses poses;
   RayScene::Moment moment;
+  RenderedFrame& frame;  ///< gets its truth from the first look
+  FirstLook first;
   std::vector<Eigen::Array3f> light;  ///< one a ray of the table
-  std::vector<float> range_m;
-  std::vector<std::uint32_t> object, key;
   std::vector<double> chunk_sum;
-  std::vector<float> blur_px;  ///< empty: nothing moves during the exposure
-  int streak_reach_px = 1;     ///< how far from its place anything's streak may be seen
+  /// One a ray: how far what it sees wanders over the picture while the shutter is open. Empty:
+  /// nothing moves.
+  std::vector<Eigen::Vector2f> blur_px;
+  int streak_reach_px = 1;  ///< how far from its place anything's streak may be seen
+};
+
+/// What a pixel needs beyond its first look.
+struct Renderer::Impl::Plan {
+  int samples = 1;     ///< with the first
+  bool mixed = false;  ///< other surfaces have a share in it
+};
+
+/// One more look of a pixel.
+struct Renderer::Impl::Sample {
+  std::size_t number = 0;  ///< of the ray
+  Eigen::Vector2f off_px;  ///< from the pixel's centre
+  const ShutterPoses::Pose* pose = nullptr;
 };
 
 Renderer::Impl::Impl(std::shared_ptr<const LitScene> scene,
@@ -134,7 +160,9 @@ void Renderer::Impl::InChunks(std::size_t size, const Work& work) const {
 // One ray through the centre of each pixel at the middle of its row's exposure: truth and light.
 void Renderer::Impl::TraceCentres(Exposing& e, std::size_t first, std::size_t last) const {
   PacketTracer::Rays rays;
-  PacketTracer::Traced traced;
+  PacketTracer::Sights sights;
+  PacketTracer::Lights light;
+  LitScene::Memory memory;
   for (std::size_t start = first; start < last; start += kPacketRays) {
     const int count = static_cast<int>(std::min<std::size_t>(kPacketRays, last - start));
     for (int lane = 0; lane < count; ++lane) {
@@ -143,34 +171,32 @@ void Renderer::Impl::TraceCentres(Exposing& e, std::size_t first, std::size_t la
       rays[static_cast<std::size_t>(lane)] = {pixel.direction_camera, &e.poses.At(pixel.v, 0),
                                               pixel.pixel_rad, may_meet_body[number] != 0};
     }
-    tracer.Trace(rays, count, e.moment, traced);
+    tracer.Trace(rays, count, e.moment, sights);
+    tracer.Shade(sights, (1U << count) - 1U, e.moment, memory, light);
     for (int lane = 0; lane < count; ++lane) {
-      const std::size_t number = start + static_cast<std::size_t>(lane);
-      const TracedRay& t = traced[static_cast<std::size_t>(lane)];
-      e.light[number] = t.light;
-      e.range_m[number] = t.range_m;
-      e.object[number] = t.object;
-      e.key[number] = t.surface_key;
+      const auto l = static_cast<std::size_t>(lane);
+      const PixelRay& pixel = table.rays[start + l];
+      const std::size_t index = IndexOf(pixel);
+      e.frame.range_m[index] = static_cast<float>(sights[l].hit.range_m);
+      e.frame.object[index] = sights[l].hit.object;
+      e.first.Set(pixel.u, pixel.v, light[l], sights[l].surface_key);
     }
   }
 }
 
-// How far the place a pixel sees wanders over the picture while the shutter is open [px].
-double Renderer::Impl::BlurOf(const Exposing& e, std::size_t number) const {
-  if (e.object[number] == kRobotBodyObject) return 0.0;
+Eigen::Vector2f Renderer::Impl::BlurOf(const Exposing& e, std::size_t number) const {
   const PixelRay& pixel = table.rays[number];
-  const ShutterPoses::Pose& middle = e.poses.At(pixel.v, 0);
-  const Eigen::Vector3d ray = middle.R_enu_camera * pixel.direction_camera;
-  const auto direction_at = [&](int instant) -> Eigen::Vector3d {
-    const ShutterPoses::Pose& pose = e.poses.At(pixel.v, instant);
-    Eigen::Vector3d to = ray;
-    if (e.object[number] != 0) {
-      to += (middle.origin_enu_m - pose.origin_enu_m) / static_cast<double>(e.range_m[number]);
-    }
-    return pose.R_enu_camera.transpose() * to.normalized();
+  const std::size_t index = IndexOf(pixel);
+  if (e.frame.object[index] == kRobotBodyObject) return Eigen::Vector2f::Zero();
+  const Eigen::Vector3f ray = pixel.direction_camera.cast<float>();
+  const auto at = [&](int instant) {
+    return e.poses.At(pixel.v, instant).SeenFromHere(ray, e.frame.range_m[index]);
   };
-  return (direction_at(ShutterPoses::kHalf) - direction_at(-ShutterPoses::kHalf)).norm() /
-         static_cast<double>(pixel.pixel_rad);
+  const Eigen::Vector3f change = at(ShutterPoses::kHalf) - at(-ShutterPoses::kHalf);
+  const Eigen::Vector2f blur_px = table.tangents[number].PixelsTo(change);
+  return blur_px.squaredNorm() < kMostBlur_px * kMostBlur_px
+             ? blur_px
+             : Eigen::Vector2f(change.norm() / pixel.pixel_rad, 0.0F);
 }
 
 void Renderer::Impl::FindBlur(Exposing& e) const {
@@ -178,11 +204,12 @@ void Renderer::Impl::FindBlur(Exposing& e) const {
   std::vector<float> longest(e.chunk_sum.size());
   InChunks(table.rays.size(), [&](std::size_t chunk, std::size_t first, std::size_t last) {
     for (std::size_t number = first; number < last; ++number) {
-      e.blur_px[number] = static_cast<float>(BlurOf(e, number));
-      longest[chunk] = std::max(longest[chunk], e.blur_px[number]);
+      e.blur_px[number] = BlurOf(e, number);
+      longest[chunk] = std::max(longest[chunk], e.blur_px[number].squaredNorm());
     }
   });
-  const float most = longest.empty() ? 0.0F : *std::max_element(longest.begin(), longest.end());
+  const float most =
+      longest.empty() ? 0.0F : std::sqrt(*std::max_element(longest.begin(), longest.end()));
   if (static_cast<double>(most) <= settings.still_px) {
     e.blur_px.clear();
   } else {
@@ -190,75 +217,134 @@ void Renderer::Impl::FindBlur(Exposing& e) const {
   }
 }
 
-// More than one where a neighbour shows another surface, where the picture moves, and where the
-// streak of something near that moves may reach.
-int Renderer::Impl::SamplesFor(const Exposing& e, std::size_t number) const {
+// More than one sample where a neighbour shows another surface, where the picture moves, and where
+// the streak of something near that moves may reach.
+Renderer::Impl::Plan Renderer::Impl::PlanFor(const Exposing& e, std::size_t number) const {
   const PixelRay& pixel = table.rays[number];
-  const int width = camera->width_px();
-  int samples = 1;
-  double blur_px = e.blur_px.empty() ? 0.0 : static_cast<double>(e.blur_px[number]);
+  const std::uint32_t key = e.first.KeyAt(pixel.u, pixel.v);
+  Plan plan;
+  double blur_px = e.blur_px.empty() ? 0.0 : static_cast<double>(e.blur_px[number].norm());
   constexpr std::array<std::array<int, 2>, 8> kWays{
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
   for (int step = 1; step <= e.streak_reach_px; ++step) {
     for (std::size_t way = 0; way < (step == 1 && e.streak_reach_px == 1 ? 4U : 8U); ++way) {
       const int u = pixel.u + step * kWays[way][0];
       const int v = pixel.v + step * kWays[way][1];
-      if (u < 0 || v < 0 || u >= width || v >= camera->height_px()) continue;
-      const std::int32_t at = table.RayAt(u, v);
-      if (at < 0) continue;
-      const auto other = static_cast<std::size_t>(at);
-      if (e.key[other] == e.key[number]) continue;
-      if (step == 1 && way < 4) samples = settings.samples;
-      if (!e.blur_px.empty() && e.blur_px[other] / 2 + 1 >= static_cast<float>(step)) {
-        blur_px = std::max(blur_px, static_cast<double>(e.blur_px[other]));
+      const std::uint32_t other_key = e.first.KeyAt(u, v);
+      if (other_key == key || other_key == FirstLook::kNothing) continue;
+      if (step == 1 && way < 4) {
+        plan.samples = settings.samples;
+        plan.mixed = true;
+      }
+      if (e.blur_px.empty()) continue;
+      const float other_px = e.blur_px[static_cast<std::size_t>(table.RayAt(u, v))].norm();
+      if (other_px / 2 + 1 >= static_cast<float>(step)) {
+        blur_px = std::max(blur_px, static_cast<double>(other_px));
+        plan.mixed = true;
+      } else if (blur_px / 2 + 1 >= static_cast<double>(step)) {
+        plan.mixed = true;
       }
     }
   }
   if (blur_px > settings.still_px) {
     const int wanted = static_cast<int>(std::min(1.5 * blur_px, 64.0)) + 2;
-    samples = std::max(samples, std::min(wanted | 1, settings.max_blur_samples));
+    plan.samples = std::max(plan.samples, std::min(wanted | 1, settings.max_blur_samples));
   }
-  return samples;
+  return plan;
+}
+
+// One surface alone, drawn along its motion: the mean of the first look along the streak.
+Eigen::Array3f Renderer::Impl::Smeared(const Exposing& e, std::size_t number, int samples) const {
+  const PixelRay& pixel = table.rays[number];
+  const std::uint32_t key = e.first.KeyAt(pixel.u, pixel.v);
+  const Eigen::Array3f own = e.first.LightAt(pixel.u, pixel.v);
+  const Eigen::Vector2f middle(pixel.u, pixel.v);
+  Eigen::Array3f sum = own;
+  for (int i = 1; i <= samples / 2; ++i) {
+    const Eigen::Vector2f off =
+        static_cast<float>(i) / static_cast<float>(samples) * e.blur_px[number];
+    for (const float side : {1.0F, -1.0F}) {
+      Eigen::Array3f light = own;
+      e.first.LightBetween(middle + side * off, key, light);
+      sum += light;
+    }
+  }
+  return sum / static_cast<float>(samples);
+}
+
+// Whether the first look knows the light of what a sample met: it was seen at mid-exposure, in this
+// pixel or near it.
+bool Renderer::Impl::SeenBefore(const Exposing& e, const Sample& sample, const Sight& sight,
+                                Eigen::Array3f& light) const {
+  const PixelRay& pixel = table.rays[sample.number];
+  Eigen::Vector2f place = Eigen::Vector2f(pixel.u, pixel.v) + sample.off_px;
+  if (!e.blur_px.empty() && sight.hit.object != kRobotBodyObject) {
+    const PixelTangents& tangents = table.tangents[sample.number];
+    const Eigen::Vector3f ray = pixel.direction_camera.cast<float>();
+    const Eigen::Vector3f to =
+        (ray + tangents.along_u * sample.off_px.x() + tangents.along_v * sample.off_px.y())
+            .normalized();
+    const auto range_m = static_cast<float>(sight.hit.range_m);
+    const Eigen::Vector2f shift = tangents.PixelsTo(sample.pose->SeenFromMiddle(to, range_m) - to);
+    if (!(shift.squaredNorm() < kMostBlur_px * kMostBlur_px)) return false;
+    place += shift;
+  }
+  return e.first.LightBetween(place, sight.surface_key, light);
 }
 
 void Renderer::Impl::Refine(Exposing& e, std::size_t first, std::size_t last) const {
   PacketTracer::Rays rays;
-  PacketTracer::Traced traced;
-  std::array<std::size_t, kPacketRays> of{};
+  PacketTracer::Sights sights;
+  PacketTracer::Lights light;
+  LitScene::Memory memory;
+  std::array<Sample, kPacketRays> looks;
   int count = 0;
-  std::array<Eigen::Array3f, kChunk> more;  // light of the further samples of this chunk
-  std::array<int, kChunk> samples;
   const auto flush = [&] {
-    tracer.Trace(rays, count, e.moment, traced);
+    tracer.Trace(rays, count, e.moment, sights);
+    std::uint32_t unknown = 0;
     for (int lane = 0; lane < count; ++lane) {
-      more[of[static_cast<std::size_t>(lane)] - first] +=
-          traced[static_cast<std::size_t>(lane)].light;
+      const auto l = static_cast<std::size_t>(lane);
+      if (!SeenBefore(e, looks[l], sights[l], light[l])) unknown |= 1U << lane;
+    }
+    tracer.Shade(sights, unknown, e.moment, memory, light);
+    for (int lane = 0; lane < count; ++lane) {
+      const auto l = static_cast<std::size_t>(lane);
+      e.light[looks[l].number] += light[l];
     }
     count = 0;
   };
+  std::array<int, kChunk> samples;
   for (std::size_t number = first; number < last; ++number) {
-    samples[number - first] = SamplesFor(e, number);
-    more[number - first] = Eigen::Array3f::Zero();
-    const int pairs = samples[number - first] / 2;
     const PixelRay& pixel = table.rays[number];
+    const Plan plan = PlanFor(e, number);
+    samples[number - first] = 1;
+    if (!plan.mixed && plan.samples > 1) {
+      e.light[number] = Smeared(e, number, plan.samples);
+      continue;
+    }
+    e.light[number] = e.first.LightAt(pixel.u, pixel.v);
+    const int pairs = plan.samples / 2;
+    samples[number - first] = 2 * pairs + 1;
+    const PixelTangents& tangents = table.tangents[number];
     const std::uint32_t hash = HashCell(pixel.u, pixel.v, 77U);
     for (int i = 1; i <= pairs; ++i) {
       const Eigen::Vector2d place = PlaceInPixel(i, pairs, hash);
+      const Eigen::Vector3d aside = (tangents.along_u * static_cast<float>(place.x()) +
+                                     tangents.along_v * static_cast<float>(place.y()))
+                                        .cast<double>();
       const int instant = ShutterPoses::InstantOf(i, pairs);
       for (const int side : {1, -1}) {
-        const auto direction = camera->Unproject(Eigen::Vector2d(pixel.u, pixel.v) + side * place);
-        of[static_cast<std::size_t>(count)] = number;
-        rays[static_cast<std::size_t>(count)] = {direction ? *direction : pixel.direction_camera,
-                                                 &e.poses.At(pixel.v, side * instant),
-                                                 pixel.pixel_rad, may_meet_body[number] != 0};
+        const auto l = static_cast<std::size_t>(count);
+        looks[l] = {number, (side * place).cast<float>(), &e.poses.At(pixel.v, side * instant)};
+        rays[l] = {(pixel.direction_camera + side * aside).normalized(), looks[l].pose,
+                   pixel.pixel_rad, may_meet_body[number] != 0};
         if (++count == kPacketRays) flush();
       }
     }
   }
   if (count > 0) flush();
   for (std::size_t number = first; number < last; ++number) {
-    const float share = 1.0F / static_cast<float>(samples[number - first]);
-    e.light[number] = (e.light[number] + more[number - first]) * share;
+    e.light[number] *= 1.0F / static_cast<float>(samples[number - first]);
   }
 }
 
@@ -275,12 +361,7 @@ void Renderer::Impl::Develop(const Exposing& e, const RenderRequest& request,
   };
   InChunks(table.rays.size(), [&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t number = first; number < last; ++number) {
-      const PixelRay& pixel = table.rays[number];
-      const std::size_t index =
-          static_cast<std::size_t>(pixel.v) * static_cast<std::size_t>(frame.width_px) + pixel.u;
-      expose(gain * e.light[number], index);
-      frame.range_m[index] = e.range_m[number];
-      frame.object[index] = e.object[number];
+      expose(gain * e.light[number], IndexOf(table.rays[number]));
     }
   });
   InChunks(table.surround.size(), [&](std::size_t, std::size_t first, std::size_t last) {
@@ -316,10 +397,9 @@ RenderedFrame Renderer::Render(const RenderRequest& request) const {
   Impl::Exposing e{
       ShutterPoses(request.enu_from_camera, request.exposure_s, request.readout_s, frame.height_px),
       impl_->tracer.scene().rays().MomentAt(request.time_s),
+      frame,
+      FirstLook(frame.width_px, frame.height_px),
       std::vector<Eigen::Array3f>(rays),
-      std::vector<float>(rays),
-      std::vector<std::uint32_t>(rays),
-      std::vector<std::uint32_t>(rays),
       std::vector<double>((rays + kChunk - 1) / kChunk),
       {},
       1};

@@ -16,6 +16,19 @@ class ShutterPoses {
   struct Pose {
     Eigen::Matrix3d R_enu_camera;
     Eigen::Vector3d origin_enu_m;
+    /// Takes directions of this instant to the middle one's, and this instant's viewpoint there
+    /// [m].
+    Eigen::Matrix3f R_middle_this;
+    Eigen::Vector3f from_middle_m;
+
+    /// Where the middle instant sees what this one sees `range_m` away (infinity: the sky).
+    Eigen::Vector3f SeenFromMiddle(const Eigen::Vector3f& ray, float range_m) const {
+      return (R_middle_this * ray + from_middle_m / range_m).normalized();
+    }
+    /// The reverse.
+    Eigen::Vector3f SeenFromHere(const Eigen::Vector3f& middle_ray, float range_m) const {
+      return (R_middle_this.transpose() * (middle_ray - from_middle_m / range_m)).normalized();
+    }
   };
 
   ShutterPoses(const std::function<Eigen::Isometry3d(double)>& enu_from_camera, double exposure_s,
@@ -31,7 +44,16 @@ class ShutterPoses {
           continue;
         }
         const Eigen::Isometry3d pose = enu_from_camera(middle_s + exposure_s * k / kInstants);
-        poses_.push_back({pose.linear(), pose.translation()});
+        poses_.push_back({pose.linear(), pose.translation(), {}, {}});
+      }
+      const std::size_t first = poses_.size() - kInstants;
+      const Pose middle = poses_[first + kHalf];
+      for (std::size_t i = first; i < poses_.size(); ++i) {
+        Pose& pose = poses_[i];
+        const Eigen::Matrix3d R_camera_enu = middle.R_enu_camera.transpose();
+        pose.R_middle_this = (R_camera_enu * pose.R_enu_camera).cast<float>();
+        pose.from_middle_m =
+            (R_camera_enu * (pose.origin_enu_m - middle.origin_enu_m)).cast<float>();
       }
     }
   }

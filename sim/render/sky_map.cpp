@@ -7,7 +7,6 @@
 
 #include "core/geodesy.hpp"
 #include "sim/render/noise2.hpp"
-#include "sim/render/pattern_tools.hpp"
 
 namespace kawara::sim {
 namespace {
@@ -17,6 +16,10 @@ constexpr float kPi = static_cast<float>(core::kPi);
 constexpr float kLowest_rad = -0.35F;
 /// No hill or roof of the skyline is higher.
 constexpr float kHighestLand_rad = 0.14F;
+
+Eigen::Array3f Blend(const Eigen::Array3f& a, const Eigen::Array3f& b, float share_of_b) {
+  return a + (b - a) * share_of_b;
+}
 
 }  // namespace
 

@@ -1,92 +1,121 @@
 #include "sim/render/surface_pattern.hpp"
 
-#include "sim/render/pattern_tools.hpp"
+#include "sim/render/noise2.hpp"
 
-namespace kawara::sim {
-namespace {
+// Highway compiles this file once for each SIMD target; the table of targets is at the bottom.
+// Vectors without a fixed size (SVE) cannot be members, as lane_math has them.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sim/render/surface_pattern.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "sim/render/pattern_ground_inl.hpp"
+#include "sim/render/pattern_masonry_inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace kawara::sim::HWY_NAMESPACE {
 
 /// A pixel longer than this many times its width is taken as shorter: a little aliasing along the
 /// line of sight instead of all texture gone.
 constexpr float kMaxStretch = 2.0F;
 
-SurfaceColour Dispatch(const PatternPlace& p) {
+Look LookOf(const PatternPlace& p) {
   switch (p.material.pattern) {
     case Pattern::kPlain:
-      return PlainColour(p);
+      return PlainLook(p);
     case Pattern::kAsphalt:
-      return AsphaltColour(p);
+      return AsphaltLook(p);
     case Pattern::kConcrete:
-      return ConcreteColour(p);
+      return ConcreteLook(p);
     case Pattern::kBrick:
-      return BrickColour(p);
+      return BrickLook(p);
     case Pattern::kTiles:
-      return TilesColour(p);
+      return TilesLook(p);
     case Pattern::kCorrugated:
-      return CorrugatedColour(p);
+      return CorrugatedLook(p);
     case Pattern::kGlass:
-      return GlassColour(p);
+      return GlassLook(p);
     case Pattern::kWood:
-      return WoodColour(p);
+      return WoodLook(p);
     case Pattern::kSoil:
-      return SoilColour(p);
+      return SoilLook(p);
     case Pattern::kGrass:
-      return GrassColour(p);
+      return GrassLook(p);
     case Pattern::kLeaves:
-      return LeavesColour(p);
+      return LeavesLook(p);
     case Pattern::kRubble:
-      return RubbleColour(p);
+      return RubbleLook(p);
     case Pattern::kCloth:
-      return ClothColour(p);
+      return ClothLook(p);
   }
-  return PlainColour(p);
+  return PlainLook(p);
 }
 
-}  // namespace
+void Colours(const Material& material, const SurfacePoints& points, std::size_t count,
+             SurfaceColours& out) {
+  const FloatTag lanes;
+  const std::uint32_t seed = HashCell(0, 0, material.seed);
+  for (std::size_t first = 0; first < count; first += hn::Lanes(lanes)) {
+    // Joints stay where the surface's own metres have them (brick courses meet at corners); noise
+    // is shifted by the seed inside the hashes.
+    const F width_u(hn::Load(lanes, points.footprint_u_m.data() + first));
+    const F width_v(hn::Load(lanes, points.footprint_v_m.data() + first));
+    const F narrow = Max(Min(width_u, width_v), 1e-4F);
+    const F width = Min(Max(width_u, width_v), F(kMaxStretch) * narrow);
+    const PatternPlace place{material,
+                             RgbOf(material.base_rgb),
+                             RgbOf(material.second_rgb),
+                             F(hn::Load(lanes, points.u_m.data() + first)),
+                             F(hn::Load(lanes, points.v_m.data() + first)),
+                             width_u,
+                             width_v,
+                             width,
+                             F(1.0F) / Max(width_u, 1e-6F),
+                             F(1.0F) / Max(width_v, 1e-6F),
+                             F(1.0F) / Max(width, 1e-6F),
+                             seed,
+                             material.contrast};
+    const Look look = LookOf(place);
+    const F least = 0.002F;
+    const F most = 0.98F;
+    hn::Store(Min(Max(look.rgb.r, least), most).v, lanes, out.red.data() + first);
+    hn::Store(Min(Max(look.rgb.g, least), most).v, lanes, out.green.data() + first);
+    hn::Store(Min(Max(look.rgb.b, least), most).v, lanes, out.blue.data() + first);
+    hn::Store(look.slope_u.v, lanes, out.slope_u.data() + first);
+    hn::Store(look.slope_v.v, lanes, out.slope_v.data() + first);
+    hn::Store(look.gloss.v, lanes, out.gloss.data() + first);
+    out.luminance = look.luminance;
+  }
+}
+
+}  // namespace kawara::sim::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kawara::sim {
+
+HWY_EXPORT(Colours);
+
+void ColoursOf(const Material& material, const SurfacePoints& points, std::size_t count,
+               SurfaceColours& colours) {
+  HWY_DYNAMIC_DISPATCH(Colours)(material, points, count, colours);
+}
 
 SurfaceColour ColourOf(const Material& material, const SurfacePoint& point) {
-  const float narrow = std::min(point.footprint_u_m, point.footprint_v_m);
-  const float wide = std::max(point.footprint_u_m, point.footprint_v_m);
-  const float u = point.uv_m.x();
-  const float v = point.uv_m.y();
-  PatternPlace p{material,
-                 RgbOf(material.base_rgb),
-                 RgbOf(material.second_rgb),
-                 u,
-                 v,
-                 point.footprint_u_m,
-                 point.footprint_v_m,
-                 std::min(wide, kMaxStretch * std::max(narrow, 1e-4F)),
-                 HashCell(0, 0, material.seed),
-                 material.contrast};
-  // Joints stay where the surface's own metres have them (brick courses meet at corners); noise is
-  // shifted by the seed inside the hashes.
-  SurfaceColour colour = Dispatch(p);
-  colour.rgb = colour.rgb.max(0.002F).min(0.98F);
-  return colour;
-}
-
-NearestCells FindCells(float x, float y, std::uint32_t seed) {
-  NearestCells found;
-  const std::int32_t i = FloorInt(x);
-  const std::int32_t j = FloorInt(y);
-  for (std::int32_t dj = -1; dj <= 1; ++dj) {
-    for (std::int32_t di = -1; di <= 1; ++di) {
-      const std::uint32_t hash = HashCell(i + di, j + dj, seed);
-      const float px = static_cast<float>(i + di) + static_cast<float>(hash & 0xFFFFU) / 65536.0F;
-      const float py = static_cast<float>(j + dj) + static_cast<float>(hash >> 16) / 65536.0F;
-      const float square = (px - x) * (px - x) + (py - y) * (py - y);
-      if (square < found.first) {
-        found.second = found.first;
-        found.first = square;
-        found.hash = hash;
-      } else if (square < found.second) {
-        found.second = square;
-      }
-    }
-  }
-  found.first = std::sqrt(found.first);
-  found.second = std::sqrt(found.second);
-  return found;
+  SurfacePoints points;
+  points.u_m[0] = point.uv_m.x();
+  points.v_m[0] = point.uv_m.y();
+  points.footprint_u_m[0] = point.footprint_u_m;
+  points.footprint_v_m[0] = point.footprint_v_m;
+  SurfaceColours colours;
+  ColoursOf(material, points, 1, colours);
+  return {{colours.red[0], colours.green[0], colours.blue[0]},
+          colours.slope_u[0],
+          colours.slope_v[0],
+          colours.gloss[0],
+          colours.luminance};
 }
 
 }  // namespace kawara::sim
+#endif

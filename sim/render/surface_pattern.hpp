@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 
 #include "sim/site/scene.hpp"
 
@@ -23,10 +24,25 @@ struct SurfaceColour {
   float luminance = 0.0F;  ///< share of light that comes through from behind (leaves)
 };
 
-/// The material's pattern at a point, averaged over the pixel's footprint: details smaller than it
-/// fade into their mean before they could alias, regular joints are integrated exactly. u runs
-/// along the surface, v up it (walls). A pure function; the same colour from every side and in
-/// every frame. Any thread.
+/// Up to sixteen points at once, one array a quantity. All are finite, also those not asked for.
+struct alignas(64) SurfacePoints {
+  static constexpr std::size_t kMost = 16;
+  std::array<float, kMost> u_m{}, v_m{}, footprint_u_m{}, footprint_v_m{};
+};
+struct alignas(64) SurfaceColours {
+  std::array<float, SurfacePoints::kMost> red, green, blue, slope_u, slope_v, gloss;
+  float luminance;  ///< the same of all
+};
+
+/// The material's pattern at the first `count` points, averaged over each pixel's footprint:
+/// details smaller than it fade into their mean before they could alias, regular joints are
+/// integrated exactly. u runs along the surface, v up it (walls). A pure function; the same colour
+/// from every side and in every frame; the same bits in every lane and on every SIMD target. Any
+/// thread. Colours beyond `count` are not defined.
+void ColoursOf(const Material& material, const SurfacePoints& points, std::size_t count,
+               SurfaceColours& colours);
+
+/// The same of one point.
 SurfaceColour ColourOf(const Material& material, const SurfacePoint& point);
 
 }  // namespace kawara::sim
