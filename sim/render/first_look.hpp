@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -18,7 +19,10 @@ class FirstLook {
   FirstLook(int width_px, int height_px)
       : width_px_(width_px),
         height_px_(height_px),
-        pixels_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)) {}
+        pixels_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)),
+        blocks_across_((width_px + kBlock - 1) / kBlock),
+        block_keys_(static_cast<std::size_t>(blocks_across_) *
+                    static_cast<std::size_t>(block_rows())) {}
 
   void Set(int u, int v, const Eigen::Array3f& light, std::uint32_t surface_key) {
     pixels_[Index(u, v)] = {{light[0], light[1], light[2]}, surface_key};
@@ -30,6 +34,35 @@ class FirstLook {
   /// kNothing outside the picture.
   std::uint32_t KeyAt(int u, int v) const {
     return Inside(u, v) ? pixels_[Index(u, v)].surface_key : kNothing;
+  }
+
+  /// Finds what Alone() asks, for a row of blocks; when all pixels are set.
+  int block_rows() const { return (height_px_ + kBlock - 1) / kBlock; }
+  void SumUpBlocks(int row) {
+    for (int column = 0; column < blocks_across_; ++column) {
+      const std::uint32_t key = KeyAt(kBlock * column, kBlock * row);
+      bool same = true;
+      for (int v = kBlock * row; v < std::min(kBlock * (row + 1), height_px_); ++v) {
+        for (int u = kBlock * column; u < std::min(kBlock * (column + 1), width_px_); ++u) {
+          same = same && pixels_[Index(u, v)].surface_key == key;
+        }
+      }
+      block_keys_[BlockIndex(column, row)] = same ? key : kMixed;
+    }
+  }
+  /// Whether a surface fills the picture at least `reach_px` round a pixel. True is certain; false
+  /// may be said of a pixel not far from another surface.
+  bool Alone(int u, int v, int reach_px) const {
+    const int first_column = std::max(u - reach_px, 0) / kBlock;
+    const int last_column = std::min(u + reach_px, width_px_ - 1) / kBlock;
+    const int last_row = std::min(v + reach_px, height_px_ - 1) / kBlock;
+    const std::uint32_t key = pixels_[Index(u, v)].surface_key;
+    for (int row = std::max(v - reach_px, 0) / kBlock; row <= last_row; ++row) {
+      for (int column = first_column; column <= last_column; ++column) {
+        if (block_keys_[BlockIndex(column, row)] != key) return false;
+      }
+    }
+    return true;
   }
 
   /// Light of a surface at a place between pixels' centres, from those of the four round it that
@@ -57,6 +90,8 @@ class FirstLook {
 
  private:
   static constexpr float kLeastWeight = 0.04F;
+  static constexpr int kBlock = 4;
+  static constexpr std::uint32_t kMixed = 4;  ///< no surface's either
   struct Pixel {
     float light[3] = {0.0F, 0.0F, 0.0F};
     std::uint32_t surface_key = kNothing;
@@ -67,8 +102,15 @@ class FirstLook {
            static_cast<std::size_t>(u);
   }
 
+  std::size_t BlockIndex(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(blocks_across_) +
+           static_cast<std::size_t>(column);
+  }
+
   int width_px_, height_px_;
   std::vector<Pixel> pixels_;
+  int blocks_across_;
+  std::vector<std::uint32_t> block_keys_;  ///< the surface that fills a block, or kMixed
 };
 
 }  // namespace kawara::sim

@@ -6,8 +6,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "core/geodesy.hpp"
+#include "sim/render/light_cache.hpp"
 #include "sim/render/noise2.hpp"
 
 namespace kawara::sim {
@@ -44,7 +46,7 @@ std::array<Eigen::Vector3d, kRays> SphereDirections() {
 
 LightField::LightField(const RayScene& scene, const SkyMap& sky,
                        const Eigen::AlignedBox3f& region_enu_m, double time_s,
-                       const LightSettings& settings)
+                       const LightSettings& settings, std::uint64_t cache_key)
     : cell_m_(static_cast<float>(settings.cell_m)),
       open_sky_(Eigen::Array3f::Zero()),
       open_ground_(Eigen::Array3f::Zero()) {
@@ -54,6 +56,8 @@ LightField::LightField(const RayScene& scene, const SkyMap& sky,
   }
   open_ground_ = kOpenGround * (open_sky_ + sky.sun_rgb() * std::max(sky.to_sun_enu().z(), 0.0F));
   if (region_enu_m.isEmpty()) return;
+  const LightCache cache(settings.cache);
+  if (const auto measured = cache.Load(cache_key); measured && Restore(*measured)) return;
   while (!PlacePoints(scene, region_enu_m,
                       static_cast<std::size_t>(std::max(settings.max_points, 64)))) {
     cell_m_ *= 1.25F;
@@ -67,6 +71,71 @@ LightField::LightField(const RayScene& scene, const SkyMap& sky,
                         Measure(scene, sky, moment, n);
                       }
                     });
+  cache.Save(cache_key, Measured());
+}
+
+namespace {
+
+/// Before the points' places and plates in a file of measured light, as this machine has numbers.
+struct MeasuredHead {
+  float cell_m;
+  float low_m[3];
+  std::int32_t size[3];
+  std::uint32_t points;
+};
+
+}  // namespace
+
+std::string LightField::Measured() const {
+  const MeasuredHead head{cell_m_,
+                          {low_.x(), low_.y(), low_.z()},
+                          {size_.x(), size_.y(), size_.z()},
+                          static_cast<std::uint32_t>(points_.size())};
+  std::string bytes(reinterpret_cast<const char*>(&head), sizeof head);
+  bytes.reserve(sizeof head + points_.size() * (3 * sizeof(int) + sizeof(Point)));
+  for (const Eigen::Vector3i& place : places_) {
+    bytes.append(reinterpret_cast<const char*>(place.data()), 3 * sizeof(int));
+  }
+  for (const Point& point : points_) {
+    bytes.append(reinterpret_cast<const char*>(point.plates.data()), sizeof point.plates);
+    bytes.push_back(point.inside_solid ? 1 : 0);
+  }
+  return bytes;
+}
+
+bool LightField::Restore(const std::string& measured) {
+  MeasuredHead head{};
+  if (measured.size() < sizeof head) return false;
+  std::memcpy(&head, measured.data(), sizeof head);
+  constexpr std::size_t kPlateBytes = sizeof(Point::plates) + 1;
+  const Eigen::Vector3i size(head.size[0], head.size[1], head.size[2]);
+  if (!(head.cell_m > 0.0F) || (size.array() < 1).any() ||
+      size.cast<double>().prod() > static_cast<double>(kMaxGridPlaces) ||
+      measured.size() != sizeof head + head.points * (3 * sizeof(int) + kPlateBytes)) {
+    return false;
+  }
+  std::vector<Eigen::Vector3i> places(head.points);
+  const char* from = measured.data() + sizeof head;
+  for (Eigen::Vector3i& place : places) {
+    std::memcpy(place.data(), from, 3 * sizeof(int));
+    from += 3 * sizeof(int);
+    if ((place.array() < 0).any() || (place.array() >= size.array()).any()) return false;
+  }
+  cell_m_ = head.cell_m;
+  per_cell_m_ = 1.0F / cell_m_;
+  low_ = {head.low_m[0], head.low_m[1], head.low_m[2]};
+  size_ = size;
+  places_ = std::move(places);
+  points_.resize(places_.size());
+  point_at_.assign(static_cast<std::size_t>(size_.prod()), -1);
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    std::memcpy(points_[n].plates.data(), from, sizeof points_[n].plates);
+    points_[n].inside_solid = from[sizeof points_[n].plates] != 0;
+    from += kPlateBytes;
+    point_at_[Index(places_[n].x(), places_[n].y(), places_[n].z())] = static_cast<std::int32_t>(n);
+  }
+  from_cache_ = true;
+  return true;
 }
 
 // Points round every place At() will ask for: half a cell off the surface, on its outside.

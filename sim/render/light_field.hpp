@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <array>
+#include <filesystem>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "sim/render/ray_scene.hpp"
@@ -14,6 +16,8 @@ struct LightSettings {
   int sky_columns = 2048;      ///< texels round the horizon
   double cell_m = 0.5;         ///< between the points where light is measured; at least this
   int max_points = 200'000;    ///< for a large site the cells grow until these suffice
+  /// Folder in which measured light is kept from run to run (LightCache); empty: nowhere.
+  std::filesystem::path cache = {};
 };
 
 /// Light that does not come straight from the sun, at any place of a scene: of the part of the sky
@@ -27,8 +31,9 @@ class LightField {
   /// Measures with the objects there at `time_s` (only those that always are, if it is before any
   /// comes). All cores; the result does not depend on their number.
   /// Points lie inside `region_enu_m` only; outside, everything has the open sky's light.
+  /// `cache_key`: of all this depends on, for settings.cache.
   LightField(const RayScene& scene, const SkyMap& sky, const Eigen::AlignedBox3f& region_enu_m,
-             double time_s, const LightSettings& settings);
+             double time_s, const LightSettings& settings, std::uint64_t cache_key);
 
   /// The cell a look-up fell into, unpacked: neighbouring looks mostly fall into the same one. Each
   /// thread has its own, for one LightField.
@@ -51,6 +56,7 @@ class LightField {
 
   float cell_m() const { return cell_m_; }
   std::size_t point_count() const { return points_.size(); }
+  bool from_cache() const { return from_cache_; }
 
  private:
   /// A cache line: light on plates facing +e, -e, +n, -n, +u, -u as red, green, blue and nothing,
@@ -59,6 +65,8 @@ class LightField {
     std::array<std::uint16_t, 24> plates{};
     bool inside_solid = false;
   };
+  std::string Measured() const;
+  bool Restore(const std::string& measured);
   bool PlacePoints(const RayScene& scene, const Eigen::AlignedBox3f& region,
                    std::size_t max_points);
   void Measure(const RayScene& scene, const SkyMap& sky, const RayScene::Moment& moment,
@@ -73,6 +81,7 @@ class LightField {
 
   float cell_m_;
   float per_cell_m_ = 1.0F;
+  bool from_cache_ = false;
   Eigen::Vector3f low_ = Eigen::Vector3f::Zero();
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
   std::vector<std::int32_t> point_at_;  ///< of a grid place; -1: none

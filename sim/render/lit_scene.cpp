@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/check.hpp"
+#include "sim/render/light_cache.hpp"
 
 namespace kawara::sim {
 namespace {
@@ -65,15 +66,17 @@ core::Expected<std::shared_ptr<const LitScene>> LitScene::Create(const Scene& sc
                                                                  const LightSettings& light) {
   core::Expected<RayScene> rays = RayScene::Create(scene);
   if (!rays) return tl::unexpected(rays.error());
-  return std::shared_ptr<const LitScene>(new LitScene(std::move(*rays), BuiltPart(scene), light));
+  return std::shared_ptr<const LitScene>(
+      new LitScene(std::move(*rays), BuiltPart(scene), light, LightCache::KeyOf(scene, light)));
 }
 
 // The light is measured before anything comes, so with the things that always stand there.
 LitScene::LitScene(RayScene rays, const Eigen::AlignedBox3f& lit_region_enu_m,
-                   const LightSettings& light)
+                   const LightSettings& light, std::uint64_t cache_key)
     : rays_(std::move(rays)),
       sky_(rays_.sun(), light.sky_seed, light.sky_columns),
-      light_(rays_, sky_, lit_region_enu_m, -std::numeric_limits<double>::infinity(), light) {}
+      light_(rays_, sky_, lit_region_enu_m, -std::numeric_limits<double>::infinity(), light,
+             cache_key) {}
 
 bool LitScene::WantsSun(const Material& material, const RayHit& hit,
                         const Eigen::Vector3d& place_enu_m, const Eigen::Vector3f& direction_enu,

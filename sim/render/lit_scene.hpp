@@ -21,8 +21,8 @@ struct SurfaceView {
   RayScene::Moment moment;
 };
 
-/// A scene with its light: what cameras look at. Made once a site (takes seconds), shared by all
-/// cameras. Immutable; any thread.
+/// A scene with its light: what cameras look at. Made once a site (takes seconds, or what
+/// LightSettings::cache kept), shared by all cameras. Immutable; any thread.
 class LitScene {
  public:
   /// Errors: RayScene::Create's.
@@ -49,7 +49,8 @@ class LitScene {
   }
 
  private:
-  LitScene(RayScene rays, const Eigen::AlignedBox3f& lit_region_enu_m, const LightSettings& light);
+  LitScene(RayScene rays, const Eigen::AlignedBox3f& lit_region_enu_m, const LightSettings& light,
+           std::uint64_t cache_key);
   void Shade(std::span<const SurfaceView> views, bool may_mirror, Memory& memory,
              std::span<Eigen::Array3f> light) const;
   Eigen::Array3f LightOf(const SurfaceView& view, const Eigen::Vector3f& normal, float cosine,

@@ -5,6 +5,7 @@
 
 #include "core/geodesy.hpp"
 #include "sim/render/frame_files.hpp"
+#include "sim/render/light_cache.hpp"
 #include "sim/site/scene_builder.hpp"
 #include "sim/site/site_config.hpp"
 #include "vision/doughnut_camera.hpp"
@@ -108,7 +109,9 @@ core::Expected<void> Run(const Options& o) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
   const Clock::time_point start = Clock::now();
-  const auto lit = sim::LitScene::Create(scene);
+  sim::LightSettings light;
+  light.cache = sim::LightCache::DefaultFolder();
+  const auto lit = sim::LitScene::Create(scene, light);
   if (!lit) return tl::unexpected(lit.error());
   std::printf("%zu triangles, light at %zu points %.2f m apart: %.1f s\n",
               (*lit)->rays().triangle_count(), (*lit)->light().point_count(),

@@ -22,6 +22,8 @@ namespace {
 constexpr std::size_t kChunk = 1024;
 /// Streaks are looked for no farther than this from what makes them.
 constexpr float kLongestReach_px = 12.0F;
+/// A row of blocks counts as so many rays when work is shared out; a divisor of kChunk.
+constexpr std::size_t kBlockRowsShare = 128;
 /// Directions further apart are no longer told by tangents.
 constexpr float kMostBlur_px = 48.0F;
 /// What dirt scatters, as a share of the light from an open sky.
@@ -67,6 +69,7 @@ struct Renderer::Impl {
   struct Exposing;
   struct Sample;
   void TraceCentres(Exposing& e, std::size_t first, std::size_t last) const;
+  void SumUpBlocks(Exposing& e) const;
   Eigen::Vector2f BlurOf(const Exposing& e, std::size_t ray) const;
   void FindBlur(Exposing& e) const;
   struct Plan;
@@ -184,6 +187,15 @@ void Renderer::Impl::TraceCentres(Exposing& e, std::size_t first, std::size_t la
   }
 }
 
+void Renderer::Impl::SumUpBlocks(Exposing& e) const {
+  InChunks(static_cast<std::size_t>(e.first.block_rows()) * kBlockRowsShare,
+           [&](std::size_t, std::size_t first, std::size_t last) {
+             for (std::size_t i = first; i < last; i += kBlockRowsShare) {
+               e.first.SumUpBlocks(static_cast<int>(i / kBlockRowsShare));
+             }
+           });
+}
+
 Eigen::Vector2f Renderer::Impl::BlurOf(const Exposing& e, std::size_t number) const {
   const PixelRay& pixel = table.rays[number];
   const std::size_t index = IndexOf(pixel);
@@ -226,7 +238,8 @@ Renderer::Impl::Plan Renderer::Impl::PlanFor(const Exposing& e, std::size_t numb
   double blur_px = e.blur_px.empty() ? 0.0 : static_cast<double>(e.blur_px[number].norm());
   constexpr std::array<std::array<int, 2>, 8> kWays{
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}}};
-  for (int step = 1; step <= e.streak_reach_px; ++step) {
+  const int reach_px = e.first.Alone(pixel.u, pixel.v, e.streak_reach_px) ? 0 : e.streak_reach_px;
+  for (int step = 1; step <= reach_px; ++step) {
     for (std::size_t way = 0; way < (step == 1 && e.streak_reach_px == 1 ? 4U : 8U); ++way) {
       const int u = pixel.u + step * kWays[way][0];
       const int v = pixel.v + step * kWays[way][1];
@@ -406,6 +419,7 @@ RenderedFrame Renderer::Render(const RenderRequest& request) const {
   impl_->InChunks(rays, [&](std::size_t, std::size_t first, std::size_t last) {
     impl_->TraceCentres(e, first, last);
   });
+  impl_->SumUpBlocks(e);
   if (request.exposure_s > 0.0) impl_->FindBlur(e);
   impl_->InChunks(rays, [&](std::size_t chunk, std::size_t first, std::size_t last) {
     impl_->Refine(e, first, last);
