@@ -51,8 +51,11 @@ class GpsTimeline {
   const EnvelopeClock& envelope() const { return envelope_; }
   const PpsClock& pps() const { return pps_; }
 
- private:
+  /// The conversions at this instant rest on the pulses (in hold-over, too), not on the epochs'
+  /// arrivals.
   bool PulsesRule(core::MonoTime at) const;
+
+ private:
   std::optional<core::GpsTime> LabelOf(core::MonoTime edge) const;
 
   const GpsTimelineConfig config_;

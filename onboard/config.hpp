@@ -24,6 +24,22 @@ struct RobotConfig {
   }
 };
 
+/// The receiver's pulse at each full second, if a wire brings it to this computer.
+struct PpsSettings {
+  std::string device;           ///< UNIX socket that tells its edges; empty: there is none
+  double stamp_sd_s = 20e-6;    ///< scatter of the stamps
+  double latency_s = 0.0;       ///< from the edge to its stamp, known mean
+  double latency_sd_s = 10e-6;  ///< how well that is known
+
+  template <class V>
+  void Visit(V& v) {
+    v("device", device, config::Optional{});
+    v("stamp_sd_s", stamp_sd_s, config::Range{1e-7, 0.1}, config::Optional{});
+    v("latency_s", latency_s, config::Range{0.0, 0.1}, config::Optional{});
+    v("latency_sd_s", latency_sd_s, config::Range{0.0, 0.1}, config::Optional{});
+  }
+};
+
 struct GpsConfig {
   std::string device;
   int baud_bps = 115200;
@@ -35,6 +51,7 @@ struct GpsConfig {
   bool save = false;                       ///< the receiver keeps the set-up without power
   double latency_s = 0.05;     ///< epoch to first byte at the very least, for the clock without PPS
   double latency_sd_s = 0.01;  ///< how well that is known
+  PpsSettings pps;
   Eigen::Vector3d antenna_frd_m = Eigen::Vector3d::Zero();  ///< from the body's reference point
 
   template <class V>
@@ -50,6 +67,7 @@ struct GpsConfig {
     v("save", save, config::Optional{});
     v("latency_s", latency_s, config::Range{0.0, 2.0}, config::Optional{});
     v("latency_sd_s", latency_sd_s, config::Range{0.0001, 1.0}, config::Optional{});
+    v("pps", pps, config::Optional{});
     v("antenna_frd_m", antenna_frd_m, config::Range{-20.0, 20.0}, config::Optional{});
   }
 };

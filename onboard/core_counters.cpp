@@ -19,6 +19,9 @@ CoreCounters::CoreCounters(core::Counters& c)
       ahrs_bad_checksum_(c.Register("ahrs.bad_checksum")),
       ahrs_skipped_bytes_(c.Register("ahrs.skipped_bytes")),
       ahrs_frozen_(c.Register("ahrs.frozen")),
+      pulses_used_(c.Register("pps.used")),
+      pulses_refused_(c.Register("pps.refused")),
+      pulses_missing_(c.Register("pps.missing")),
       rtcm_forwarded_(c.Register("corrections.forwarded")),
       rtcm_bad_(c.Register("corrections.bad")),
       rtcm_refused_(c.Register("corrections.refused")),
@@ -57,6 +60,12 @@ void CoreCounters::Set(const drivers::CorrectionForwarder::Stats& corrections) {
   rtcm_bad_.Set(I(corrections.bad_crc + corrections.parity_errors));
   rtcm_refused_.Set(I(corrections.refused));
   rtcm_dropped_.Set(I(corrections.dropped));
+}
+
+void CoreCounters::Set(const PulseChain::Stats& pulses) {
+  pulses_used_.Set(pulses.used);
+  pulses_refused_.Set(pulses.refused);
+  pulses_missing_.Set(pulses.missing);
 }
 
 void CoreCounters::Set(const PictureChain& pictures) {

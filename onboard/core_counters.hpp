@@ -5,6 +5,7 @@
 #include "drivers/gnss_epoch.hpp"
 #include "drivers/gnss_stream.hpp"
 #include "onboard/picture_chain.hpp"
+#include "onboard/pulse_chain.hpp"
 
 namespace kawara::onboard {
 
@@ -18,12 +19,14 @@ class CoreCounters {
            const drivers::GnssEpochAssembler::Stats& epochs);
   void Set(const drivers::Ahrs400Stats& ahrs);
   void Set(const drivers::CorrectionForwarder::Stats& corrections);
+  void Set(const PulseChain::Stats& pulses);
   void Set(const PictureChain& pictures);
 
  private:
   core::Counter &gps_good_, &gps_bad_checksum_, &gps_skipped_bytes_, &gps_fixes_, &gps_timed_out_,
       &gps_rejected_times_, &gps_undated_;
   core::Counter &ahrs_good_, &ahrs_bad_checksum_, &ahrs_skipped_bytes_, &ahrs_frozen_;
+  core::Counter &pulses_used_, &pulses_refused_, &pulses_missing_;
   core::Counter &rtcm_forwarded_, &rtcm_bad_, &rtcm_refused_, &rtcm_dropped_;
   core::Counter &triggers_, &triggers_skipped_, &paired_, &missed_, &stray_, &doubled_, &disagreed_,
       &pictures_, &busy_, &blind_;

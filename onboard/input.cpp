@@ -6,7 +6,7 @@
 namespace kawara::onboard {
 namespace {
 
-constexpr std::array<std::pair<InputKind, std::string_view>, 10> kChannels{{
+constexpr std::array<std::pair<InputKind, std::string_view>, 11> kChannels{{
     {InputKind::kGpsBytes, "RAW.GPS"},
     {InputKind::kAhrsBytes, "RAW.AHRS"},
     {InputKind::kCorrectionBytes, "RAW.CORRECTIONS"},
@@ -16,6 +16,7 @@ constexpr std::array<std::pair<InputKind, std::string_view>, 10> kChannels{{
     {InputKind::kPictureDone, "RAW.DONE"},
     {InputKind::kSystemClock, "RAW.UTC"},
     {InputKind::kNote, "RAW.NOTE"},
+    {InputKind::kPulse, "RAW.PPS"},
     {InputKind::kFrame, "FRAME"},
 }};
 
@@ -49,9 +50,25 @@ NoteBytes Pack(const EventNote& note) {
       .Append(note.text);
 }
 
+std::array<std::uint8_t, 4> Pack(std::uint32_t pulse_sequence) {
+  std::array<std::uint8_t, 4> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<std::uint8_t>(pulse_sequence >> (8 * i));
+  }
+  return bytes;
+}
+
+bool Unpack(std::span<const std::uint8_t> bytes, std::uint32_t& pulse_sequence) {
+  if (bytes.size() != sizeof(pulse_sequence)) return false;
+  pulse_sequence = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    pulse_sequence |= std::uint32_t{bytes[i]} << (8 * i);
+  return true;
+}
+
 bool Unpack(std::span<const std::uint8_t> bytes, PortNote& note) {
   const std::string_view text = TextOf(bytes);
-  if (text.size() < 4 || text[0] < '0' || text[0] > '2') return false;
+  if (text.size() < 4 || text[0] < '0' || text[0] > '3') return false;
   note.port = static_cast<PortId>(text[0] - '0');
   note.open = text[1] == '1';
   note.changed = text[2] == '1';

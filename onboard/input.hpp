@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -22,10 +24,12 @@ enum class InputKind : std::uint8_t {
   kPictureDone,      ///< one picture order is finished; no bytes
   kSystemClock,      ///< int64 little-endian: UTC ns of the computer's clock at `mono`
   kNote,             ///< an EventNote: something another thread has to tell
+  kPulse,            ///< an edge of the receiver's PPS at `mono`; its uint32 count, little-endian
   kFrame,            ///< a frame is here; the frame itself travels beside the input
 };
 
-enum class PortId : std::uint8_t { kGps = 0, kAhrs = 1, kCamera = 2 };
+enum class PortId : std::uint8_t { kGps = 0, kAhrs = 1, kCamera = 2, kPps = 3 };
+constexpr std::size_t kPorts = 4;
 
 struct Input {
   InputKind kind = InputKind::kTick;
@@ -61,9 +65,12 @@ struct EventNote {
 using NoteBytes = core::FixedText<320>;
 NoteBytes Pack(const PortNote& note);
 NoteBytes Pack(const EventNote& note);
+/// Payload of kPulse.
+std::array<std::uint8_t, 4> Pack(std::uint32_t pulse_sequence);
 /// False: not what Pack made. Views point into `bytes`.
 bool Unpack(std::span<const std::uint8_t> bytes, PortNote& note);
 bool Unpack(std::span<const std::uint8_t> bytes, EventNote& note);
+bool Unpack(std::span<const std::uint8_t> bytes, std::uint32_t& pulse_sequence);
 inline std::span<const std::uint8_t> BytesOf(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }

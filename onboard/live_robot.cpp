@@ -11,7 +11,9 @@
 #include "core/config/config.hpp"
 #include "core/iso8601.hpp"
 #include "drivers/camera_socket_client.hpp"
+#include "drivers/pps_socket_client.hpp"
 #include "onboard/camera_reader.hpp"
+#include "onboard/pps_reader.hpp"
 #include "onboard/pump.hpp"
 #include "onboard/realtime.hpp"
 #include "onboard/rt_loop.hpp"
@@ -82,6 +84,8 @@ struct LiveRobot::Parts {
   std::unique_ptr<drivers::SocketCamera> camera;
   std::unique_ptr<RtLoop> loop;
   std::unique_ptr<CameraReader> camera_reader;
+  std::unique_ptr<drivers::PpsSource> pps;
+  std::unique_ptr<PpsReader> pps_reader;
   bool stopped = false;
 };
 
@@ -138,6 +142,10 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
   if (p.camera) {
     p.camera_reader = std::make_unique<CameraReader>(*p.camera, p.frames, p.inbox, p.counters);
   }
+  if (!config.gps.pps.device.empty()) {
+    p.pps = std::make_unique<drivers::SocketPps>(config.gps.pps.device);
+    p.pps_reader = std::make_unique<PpsReader>(*p.pps, p.inbox, p.counters);
+  }
   return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(parts)));
 }
 
@@ -149,6 +157,7 @@ void LiveRobot::Stop() {
   Parts& p = *parts_;
   if (p.stopped) return;
   p.stopped = true;
+  if (p.pps_reader) p.pps_reader->Stop();
   if (p.camera_reader) p.camera_reader->Stop();
   p.corrections->Stop();
   p.loop->Stop();

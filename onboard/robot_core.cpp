@@ -11,6 +11,9 @@ estimation::GpsTimelineConfig TimelineConfig(const GpsConfig& gps) {
   estimation::GpsTimelineConfig config;
   config.envelope.min_latency_s = gps.latency_s;
   config.envelope.min_latency_sigma_s = gps.latency_sd_s;
+  config.pps.pulse_sigma_s = gps.pps.stamp_sd_s;
+  config.pps.pulse_latency_s = gps.pps.latency_s;
+  config.pps.pulse_latency_sigma_s = gps.pps.latency_sd_s;
   return config;
 }
 
@@ -41,6 +44,7 @@ RobotCore::RobotCore(const OnboardConfig& config, core::Counters& counters, Core
     : out_(out),
       timeline_(TimelineConfig(config.gps)),
       composer_(ComposerConfig(config)),
+      pulses_(config.gps.pps, timeline_, events_),
       gps_(config.gps, events_, out, *this),
       ahrs_(config.ahrs, events_, out, *this),
       corrections_(ForwarderConfig(config), events_),
@@ -78,6 +82,9 @@ void RobotCore::OnInput(const Input& input) {
       break;
     case InputKind::kNote:
       OnNote(input);
+      break;
+    case InputKind::kPulse:
+      OnPulse(input);
       break;
     case InputKind::kTick:
     case InputKind::kFrame:
@@ -131,7 +138,8 @@ core::GpsTime RobotCore::GpsOf(core::MonoTime mono) const {
 void RobotCore::OnPort(const Input& input) {
   PortNote note;
   if (!Unpack(input.bytes, note)) return;
-  static constexpr std::array<const char*, 3> kNames{"gps.port", "ahrs.port", "camera.port"};
+  static constexpr std::array<const char*, kPorts> kNames{"gps.port", "ahrs.port", "camera.port",
+                                                          "pps.port"};
   if (!note.text.empty()) {
     events_.Push(input.mono, note.severity, kNames[static_cast<std::size_t>(note.port)], note.text);
   }
@@ -159,6 +167,11 @@ void RobotCore::OnNote(const Input& input) {
   out_.OnNote(input.mono, note, GpsOf(input.mono));
 }
 
+void RobotCore::OnPulse(const Input& input) {
+  std::uint32_t sequence = 0;
+  if (Unpack(input.bytes, sequence)) pulses_.OnEdge(input.mono, sequence);
+}
+
 void RobotCore::OnSystemClock(const Input& input) {
   std::int64_t ns = 0;
   if (input.bytes.size() != sizeof(ns)) return;
@@ -180,10 +193,12 @@ void RobotCore::ForwardCorrections() {
 void RobotCore::EverySecond(core::MonoTime now) {
   next_second_ = now + core::Seconds(1);
   if (wants_corrections_) corrections_.Tick(now);
+  pulses_.Tick(now);
   if (timeline_.valid()) out_.OnClock(timeline_.Status(now));
   counters_.Set(gps_.stream_stats(), gps_.epoch_stats());
   counters_.Set(ahrs_.stats());
   counters_.Set(corrections_.stats());
+  counters_.Set(pulses_.stats());
   counters_.Set(pictures_);
   events_.Flush(now);
 }

@@ -12,6 +12,7 @@
 #include "onboard/core_sink.hpp"
 #include "onboard/gps_chain.hpp"
 #include "onboard/picture_chain.hpp"
+#include "onboard/pulse_chain.hpp"
 
 namespace kawara::onboard {
 
@@ -37,6 +38,7 @@ class RobotCore : private GpsListener, private AhrsListener {
   void OnPort(const Input& input);
   void OnCommand(const Input& input);
   void OnNote(const Input& input);
+  void OnPulse(const Input& input);
   void OnSystemClock(const Input& input);
   void ForwardCorrections();
   void Advance(core::MonoTime now);
@@ -47,6 +49,7 @@ class RobotCore : private GpsListener, private AhrsListener {
   core::Events events_;
   estimation::GpsTimeline timeline_;
   estimation::PoseComposer composer_;
+  PulseChain pulses_;
   GpsChain gps_;
   AhrsChain ahrs_;
   drivers::CorrectionForwarder corrections_;

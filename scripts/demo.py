@@ -50,6 +50,9 @@ class Recorded:
     simulator = ["drive", "--data", ROOT / "data/drive_0708", "--panorama", ROOT / "data/panorama/R0014760_3072.jpg"]
     longest_wait_s = 60
 
+    def wiring(self, ports):
+        return []  # as on many receivers, nobody has soldered the PPS wire
+
 
 class Site:
     """A drive that never was: every exposure is drawn before it begins, so that live the simulator costs little."""
@@ -59,6 +62,9 @@ class Site:
 
     def __init__(self, site):
         self.simulator = ["site", "--site", site, "--ahead", 1, "--samples", 1]
+
+    def wiring(self, ports):
+        return ["--set", f"gps.pps.device={ports}/pps.sock"]
 
 
 def live(out, drive, seconds, start, faults, quiet):
@@ -74,7 +80,7 @@ def live(out, drive, seconds, start, faults, quiet):
         wait_for_ports(chain, ports, drive.longest_wait_s, quiet)
         chain.start("onboard", "kawara-onboard", "--config", drive.config, "--set", f"gps.device={ports}/gps",
                     "--set", f"ahrs.device={ports}/ahrs", "--set", f"camera.path={ports}/camera.sock",
-                    "--set", f"record.folder={out}/log")
+                    *drive.wiring(ports), "--set", f"record.folder={out}/log")
         end = time.monotonic() + seconds + 60
         while chain.running["sim"].poll() is None and time.monotonic() < end:
             time.sleep(1)

@@ -2,7 +2,6 @@
 
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +11,8 @@
 #include <ctime>
 #include <system_error>
 #include <utility>
+
+#include "sim/unix_listener.hpp"
 
 namespace kawara::sim {
 namespace {
@@ -41,27 +42,9 @@ CameraServer::~CameraServer() {
 }
 
 core::Expected<void> CameraServer::Listen() {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  const std::string path = socket_path_.string();
-  if (path.size() >= sizeof address.sun_path) {
-    return core::Fail(
-        core::ErrorCode::kInvalidArgument,
-        "camera socket " + path + ": longer than 107 characters; choose a shorter --run-dir");
-  }
-  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  std::error_code ignored;
-  if (std::filesystem::is_socket(socket_path_, ignored))
-    std::filesystem::remove(socket_path_, ignored);
-  listen_fd_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (listen_fd_ < 0 ||
-      bind(listen_fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      listen(listen_fd_, 2) != 0) {
-    const core::Error error = core::ErrnoError("camera socket " + path, errno);
-    if (listen_fd_ >= 0) close(listen_fd_);
-    listen_fd_ = -1;
-    return tl::unexpected(error);
-  }
+  auto fd = ListenUnix(socket_path_, "camera");
+  if (!fd) return tl::unexpected(fd.error());
+  listen_fd_ = *fd;
   return {};
 }
 

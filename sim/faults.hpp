@@ -19,6 +19,9 @@ enum class FaultKind {
   kGpsPower,      ///< power off; comes back with what was saved, or the defaults
   kGpsClockStep,  ///< time tags a second ahead, as with a wrong count of leap seconds
   kGpsNoPps,      ///< no pulses are reported ($PASHR,PTT)
+  kPpsLost,       ///< no edges on the pulse line
+  kPpsJitter,     ///< their stamps come up to several milliseconds late
+  kPpsDouble,     ///< a spurious edge in each second
   kAhrsUnplug,
   kAhrsSilent,
   kAhrsGarbage,

@@ -61,7 +61,8 @@ GpsReceiver::GpsReceiver(const Recording& recording, const SimClock& clock, core
       settings_(SavedAtStart()),
       saved_(settings_),
       transmitter_(options.baud_bps),
-      dice_(options.seed) {
+      dice_(options.seed),
+      last_edge_(begin) {
   const auto first =
       std::lower_bound(recording_.fixes.begin(), recording_.fixes.end(), begin,
                        [](const RecordedFix& fix, core::GpsTime t) { return fix.time < t; });
@@ -95,16 +96,36 @@ void GpsReceiver::ScheduleEpoch() {
   epoch_due_ = clock_.MonoAt(recording_.fixes[next_fix_].time) + epoch_latency_;
 }
 
-void GpsReceiver::ScheduleReportOfPulse(core::GpsTime after) {
-  pps_.reset();
-  if (settings_.pps_period.count() <= 0) return;
+std::optional<core::GpsTime> GpsReceiver::PulseAfter(core::GpsTime after) const {
+  if (settings_.pps_period.count() <= 0) return std::nullopt;
   const std::int64_t period = settings_.pps_period.count();
   const std::int64_t k = (after - settings_.pps_offset).ns() / period + 1;
   const core::GpsTime pulse = core::GpsTime::FromNs(k * period) + settings_.pps_offset;
-  if (pulse > end_) return;
+  if (pulse > end_) return std::nullopt;
+  return pulse;
+}
+
+void GpsReceiver::ScheduleReportOfPulse(core::GpsTime after) {
+  pps_.reset();
+  const auto pulse = PulseAfter(after);
+  if (!pulse) return;
   pps_ = Pulse{
-      clock_.MonoAt(pulse) + core::DurationFromSeconds(kPulseReport_s * (1.0 + dice_.Uniform())),
-      pulse};
+      clock_.MonoAt(*pulse) + core::DurationFromSeconds(kPulseReport_s * (1.0 + dice_.Uniform())),
+      *pulse};
+}
+
+core::MonoTime GpsReceiver::NextEdge() const {
+  const auto pulse = PulseAfter(last_edge_);
+  return pulse ? clock_.MonoAt(*pulse) : core::MonoTime{};
+}
+
+void GpsReceiver::RaiseEdges(core::MonoTime now) {
+  while (const auto pulse = PulseAfter(last_edge_)) {
+    const core::MonoTime edge = clock_.MonoAt(*pulse);
+    if (edge > now) return;
+    last_edge_ = *pulse;
+    if (!faults_.power_off) edges_.push_back(edge);
+  }
 }
 
 void GpsReceiver::SetFaults(const Faults& faults) {
@@ -294,6 +315,7 @@ void GpsReceiver::SendEpoch(core::MonoTime now) {
 
 void GpsReceiver::Advance(core::MonoTime now) {
   TakePulses();
+  RaiseEdges(now);
   while (epoch_due_.IsSet() && epoch_due_ <= now) {
     // Scheduled, not actual time: a late wake-up of the simulator must not add to the modelled
     // latency.

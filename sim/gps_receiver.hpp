@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/rtcm2_decoder.hpp"
@@ -59,6 +60,11 @@ class GpsReceiver final : public SerialInstrument {
   /// counts.
   void AddEvent(core::MonoTime pulse);
 
+  /// Edges of the PPS output since the last call: the exact instants of its seconds.
+  std::vector<core::MonoTime> TakeEdges() { return std::exchange(edges_, {}); }
+  /// When the next one comes; unset: none.
+  core::MonoTime NextEdge() const;
+
   struct Faults {
     bool no_fix = false;
     bool bad_checksum = false;
@@ -89,7 +95,10 @@ class GpsReceiver final : public SerialInstrument {
   bool IsOn(AshtechMessage message) const;
   AshtechSettings SavedAtStart() const;
   void ScheduleEpoch();
+  /// The first one after that instant; empty: switched off, or the run is over.
+  std::optional<core::GpsTime> PulseAfter(core::GpsTime after) const;
   void ScheduleReportOfPulse(core::GpsTime after);
+  void RaiseEdges(core::MonoTime now);
   void TakeByte(core::MonoTime now, std::uint8_t byte);
   void Obey(core::MonoTime now, std::string_view line);
   void TakeCorrections(core::MonoTime now, std::span<const std::uint8_t> bytes);
@@ -119,7 +128,9 @@ class GpsReceiver final : public SerialInstrument {
   std::int64_t last_nmea_slot_ = -1, last_raw_slot_ = -1;
   Eigen::Vector3d wander_ = Eigen::Vector3d::Zero();  ///< unit errors north, east, down
   std::optional<GpsSolution> last_;
-  std::optional<Pulse> pps_;
+  std::optional<Pulse> pps_;  ///< to be reported
+  core::GpsTime last_edge_;
+  std::vector<core::MonoTime> edges_;
 
   std::string line_;
   drivers::Rtcm2Decoder rtcm2_;

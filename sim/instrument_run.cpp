@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "sim/janitor.hpp"
+#include "sim/pps_server.hpp"
 #include "sim/pty.hpp"
 #include "sim/truth_log.hpp"
 
@@ -118,7 +119,8 @@ std::string InstrumentSummary::ToText() const {
       text.data(), text.size(),
       "kawara-sim: %.1f s%s; gps %llu epochs, %llu sentences, %llu commands (%llu refused), %llu "
       "rtcm, "
-      "%llu overrun bytes, %llu dropped messages; ahrs %llu samples, %llu packets, %llu skipped, "
+      "%llu overrun bytes, %llu dropped messages; pps %llu edges; ahrs %llu samples, %llu packets, "
+      "%llu skipped, "
       "%llu saturated, %llu overrun bytes; camera %llu triggers, %llu frames, %llu missed, %llu "
       "lost, "
       "slowest %.1f ms; pacing at most %.1f ms late",
@@ -129,7 +131,7 @@ std::string InstrumentSummary::ToText() const {
       static_cast<unsigned long long>(i.gps.rtcm_messages),
       static_cast<unsigned long long>(i.gps_line.overrun_bytes),
       static_cast<unsigned long long>(i.gps_dropped_messages),
-      static_cast<unsigned long long>(i.ahrs.samples),
+      static_cast<unsigned long long>(i.pulses), static_cast<unsigned long long>(i.ahrs.samples),
       static_cast<unsigned long long>(i.ahrs.packets),
       static_cast<unsigned long long>(i.ahrs.skipped),
       static_cast<unsigned long long>(i.ahrs_saturated),
@@ -162,7 +164,7 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   // 1. The places where others find us.
   if (auto made = PrepareRunDir(options.run_dir); !made) return tl::unexpected(made.error());
   std::vector<std::filesystem::path> places;
-  for (const char* name : {"gps", "ahrs", "camera.sock", "ready"}) {
+  for (const char* name : {"gps", "ahrs", "pps.sock", "camera.sock", "ready"}) {
     places.push_back(options.run_dir / name);
   }
   for (const ScannerSetup& setup : motion.scanners) places.push_back(options.run_dir / setup.port);
@@ -171,6 +173,9 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   if (!truth) return tl::unexpected(truth.error());
   auto ports = OpenPorts(options.run_dir, motion);
   if (!ports) return tl::unexpected(ports.error());
+  PpsServer pulses(options.run_dir / "pps.sock");
+  if (auto listening = pulses.Listen(); !listening) return tl::unexpected(listening.error());
+  ports->pulses = [&pulses](const drivers::PpsEdge& edge) { pulses.Send(edge); };
 
   // 2. Time starts a moment from now.
   const core::MonoTime begin = core::MonoNow() + core::DurationFromSeconds(options.lead_s);

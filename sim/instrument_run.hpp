@@ -15,7 +15,7 @@ namespace kawara::sim {
 
 /// How instruments are played, whatever drive they measure.
 struct InstrumentOptions : InstrumentSetup {
-  std::filesystem::path run_dir;  ///< gets gps, ahrs, laser1.., camera.sock, truth_*.csv, ready
+  std::filesystem::path run_dir;  ///< gets gps, ahrs, laser1.., *.sock, truth_*.csv, ready
   double speed = 1.0;
   double machine_skew_ppm = 0.0;  ///< GPS time runs this much faster than this machine's clock
   bool realtime = true;           ///< ask for SCHED_FIFO; going without is no error

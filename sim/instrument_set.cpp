@@ -44,7 +44,9 @@ InstrumentSet::InstrumentSet(const InstrumentSetup& setup, const MeasuredMotion&
       gps_(motion.recording, clock, motion.begin, motion.end, setup.gps),
       ahrs_(motion.trace, clock, motion.begin, motion.end, setup.ahrs),
       gps_line_(std::move(ports.gps), gps_, setup.gps.seed + 2),
-      ahrs_line_(std::move(ports.ahrs), ahrs_, setup.gps.seed + 3) {
+      ahrs_line_(std::move(ports.ahrs), ahrs_, setup.gps.seed + 3),
+      pulse_line_(setup.pulses),
+      on_pulse_(std::move(ports.pulses)) {
   for (std::size_t i = 0; i < motion.scanners.size(); ++i) {
     scanners_.push_back(
         std::make_unique<Scanner>(motion.scanners[i], std::move(ports.scanners[i]), motion, clock));
@@ -60,6 +62,7 @@ InstrumentSet::~InstrumentSet() = default;
 core::Expected<void> InstrumentSet::Service(core::MonoTime now) {
   SetFaults(now);
   if (auto healthy = ServiceLines(now); !healthy) return healthy;
+  ServicePulses(now);
   WriteTruth(now);
   return {};
 }
@@ -106,6 +109,15 @@ core::Expected<void> InstrumentSet::ServiceLines(core::MonoTime now) {
   return healthy;
 }
 
+void InstrumentSet::ServicePulses(core::MonoTime now) {
+  for (const core::MonoTime edge : gps_.TakeEdges()) {
+    pulse_line_.OnEdge(edge, {.lost = Active(FaultKind::kPpsLost, edge),
+                              .jittery = Active(FaultKind::kPpsJitter, edge),
+                              .doubled = Active(FaultKind::kPpsDouble, edge)});
+  }
+  for (const drivers::PpsEdge& edge : pulse_line_.Take(now)) on_pulse_(edge);
+}
+
 /// The fixes that have become true, and the exposures made since the last call, one line each.
 void InstrumentSet::WriteTruth(core::MonoTime now) {
   const auto& fixes = motion_.recording.fixes;
@@ -135,6 +147,8 @@ core::MonoTime InstrumentSet::NextService() const {
   };
   consider(gps_line_.NextService());
   consider(ahrs_line_.NextService());
+  consider(gps_.NextEdge());
+  consider(pulse_line_.NextDue());
   for (const auto& scanner : scanners_) consider(scanner->line.NextService());
   return next;
 }
@@ -166,6 +180,7 @@ InstrumentSet::Counters InstrumentSet::counters() const {
   c.ahrs = ahrs_.counters();
   c.ahrs_line = ahrs_line_.counters();
   c.ahrs_saturated = ahrs_.saturated();
+  c.pulses = pulse_line_.edges();
   for (const auto& scanner : scanners_) c.scanners.push_back(scanner->instrument.counters());
   return c;
 }

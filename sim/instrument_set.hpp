@@ -13,6 +13,7 @@
 #include "sim/fault_orders.hpp"
 #include "sim/faults.hpp"
 #include "sim/gps_receiver.hpp"
+#include "sim/pulse_line.hpp"
 #include "sim/recording.hpp"
 #include "sim/serial_line.hpp"
 #include "sim/sick_scanner.hpp"
@@ -43,6 +44,7 @@ struct MeasuredMotion {
 struct InstrumentSetup {
   GpsReceiverOptions gps;
   Ahrs400Options ahrs;
+  PulseOptions pulses;
   std::vector<Fault> faults;
 };
 
@@ -54,7 +56,8 @@ class InstrumentSet {
  public:
   struct Ports {
     std::unique_ptr<HostPort> gps, ahrs;
-    std::vector<std::unique_ptr<HostPort>> scanners;  ///< as many as the motion has
+    std::vector<std::unique_ptr<HostPort>> scanners;      ///< as many as the motion has
+    std::function<void(const drivers::PpsEdge&)> pulses;  ///< called by Service()
   };
   /// `motion`, `clock` and `truth` must outlive it. Faults count from `begin`.
   InstrumentSet(const InstrumentSetup& setup, const MeasuredMotion& motion, const SimClock& clock,
@@ -87,6 +90,7 @@ class InstrumentSet {
     Ahrs400::Counters ahrs;
     SerialLine::Counters ahrs_line;
     std::uint64_t ahrs_saturated = 0;
+    std::uint64_t pulses = 0;
     std::vector<SickScanner::Counters> scanners;
   };
   Counters counters() const;
@@ -97,6 +101,7 @@ class InstrumentSet {
   struct Scanner;
   void SetFaults(core::MonoTime now);
   core::Expected<void> ServiceLines(core::MonoTime now);
+  void ServicePulses(core::MonoTime now);
   void WriteTruth(core::MonoTime now);
   bool Active(FaultKind kind, core::MonoTime now) const {
     return faults_.Active(kind, now - begin_);
@@ -111,6 +116,8 @@ class InstrumentSet {
   Ahrs400 ahrs_;
   SerialLine gps_line_;
   SerialLine ahrs_line_;
+  PulseLine pulse_line_;
+  std::function<void(const drivers::PpsEdge&)> on_pulse_;
   std::vector<std::unique_ptr<Scanner>> scanners_;
   std::size_t next_true_fix_ = 0;
 

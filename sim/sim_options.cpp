@@ -7,7 +7,7 @@ namespace {
 
 void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, std::vector<std::string>& faults) {
   app.add_option("--run-dir", o.run_dir,
-                 "folder for the ports: gps, ahrs, camera.sock, ready, truth_*.csv")
+                 "folder for the ports: gps, ahrs, pps.sock, camera.sock, ready, truth_*.csv")
       ->required();
   app.add_option("--speed", o.speed,
                  "pace; other than 1 the instruments' clocks no longer fit this machine's")
@@ -76,6 +76,15 @@ void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, std::vector<std::
                  "1: specific force as it is; -1: negated")
       ->check(CLI::IsMember({1.0, -1.0}))
       ->group("AHRS");
+
+  app.add_option("--pps-latency", o.pulses.latency_s, "pulse to the stamp of its edge, least [s]")
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str()
+      ->group("Pulse line");
+  app.add_option("--pps-jitter", o.pulses.jitter_s, "mean of what comes on top [s]")
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str()
+      ->group("Pulse line");
 
   app.add_option("--camera-delay", o.camera.exposure_delay_s, "trigger to start of exposure [s]")
       ->check(CLI::Range(0.0, 1.0))

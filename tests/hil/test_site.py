@@ -102,7 +102,7 @@ class LiveTest(Folder):
             process, ports = self.start()
             chain.start("onboard", "kawara-onboard", "--config", SOURCE / "configs/survey_robot.yaml",
                         "--set", f"gps.device={ports}/gps", "--set", f"ahrs.device={ports}/ahrs",
-                        "--set", "camera.source=none", "--set", f"record.folder={self.folder}/log",
+                        "--set", f"gps.pps.device={ports}/pps.sock", "--set", "camera.source=none", "--set", f"record.folder={self.folder}/log",
                         "--set", "lcm_url=udpm://239.255.76.67:7667?ttl=0")
             time.sleep(8)
             process.send_signal(signal.SIGKILL)

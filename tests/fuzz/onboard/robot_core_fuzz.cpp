@@ -64,6 +64,7 @@ OnboardConfig ConfigOf(std::uint8_t choice) {
   config.ahrs.mode = (choice & 4U) != 0 ? "scaled" : "angle";
   config.camera.path = "camera";
   config.corrections.source = (choice & 8U) != 0 ? "serial" : "none";
+  config.gps.pps.device = (choice & 16U) != 0 ? "pps" : "";
   config.schedule.rule.every_epochs = 2;
   return config;
 }
@@ -103,7 +104,7 @@ class Robot {
 
   void Take(std::uint8_t kind, std::uint8_t time, Bytes bytes) {
     now_ += StepOf(time);
-    switch (kind % 13) {
+    switch (kind % 14) {
       case 0:
         return Give(InputKind::kGpsBytes, bytes);
       case 1:
@@ -128,8 +129,10 @@ class Robot {
         return Give(InputKind::kSystemClock, bytes);
       case 11:
         return Give(InputKind::kNote, bytes);
-      default:
+      case 12:
         return Frame(bytes);
+      default:
+        return Give(InputKind::kPulse, bytes);
     }
   }
   std::uint64_t digest() const { return sink_.value(); }
@@ -138,7 +141,7 @@ class Robot {
   void Give(InputKind kind, Bytes bytes) { core_->OnInput({kind, ++sequence_, now_, bytes}); }
   void Port(Bytes bytes) {
     const unsigned bits = bytes.empty() ? 1U : bytes[0];
-    const auto note = Pack(PortNote{static_cast<PortId>(bits / 4 % 3), (bits & 1U) != 0,
+    const auto note = Pack(PortNote{static_cast<PortId>(bits / 4 % 4), (bits & 1U) != 0,
                                     (bits & 2U) == 0, core::Severity::kInfo, "port"});
     Give(InputKind::kPort, BytesOf(note.view()));
   }
