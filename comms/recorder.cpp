@@ -43,6 +43,8 @@ std::int64_t Milliseconds(core::Duration d) {
 
 event_t ToMessage(const RecorderEvent& event) {
   event_t message{};
+  message.robot = event.robot;
+  message.mission = event.mission;
   message.mono_ns = event.mono.ns();
   message.severity = static_cast<std::int8_t>(event.severity);
   message.name = event.name;
@@ -59,7 +61,9 @@ class Recorder::Impl {
  public:
   Impl(const RecorderConfig& config, std::span<const std::uint8_t> config_message,
        std::function<void(const RecorderEvent&)> on_event, FileSystem& file_system)
-      : on_event_(std::move(on_event)),
+      : robot_(config.robot),
+        mission_(config.mission),
+        on_event_(std::move(on_event)),
         rings_{MessageRing(config.navigation_queue_bytes), MessageRing(config.picture_queue_bytes)},
         disk_(
             config, {config_message.begin(), config_message.end()},
@@ -198,7 +202,8 @@ class Recorder::Impl {
   }
 
   void Announce(int severity, std::string name, std::string text) {
-    RecorderEvent event{core::MonoNow(), severity, std::move(name), std::move(text)};
+    RecorderEvent event{robot_,   mission_,        core::MonoNow(),
+                        severity, std::move(name), std::move(text)};
     if (on_event_) on_event_(event);
     if (pending_.size() < kMaxPendingEvents) pending_.push_back(std::move(event));
   }
@@ -245,6 +250,8 @@ class Recorder::Impl {
     AnswerFlush();
   }
 
+  const std::string robot_;
+  const std::string mission_;
   std::function<void(const RecorderEvent&)> on_event_;
   std::array<MessageRing, 2> rings_;
   std::mutex reserving_;          ///< number and place in a ring, together

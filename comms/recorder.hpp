@@ -22,6 +22,7 @@ RecordClass RecordClassOf(std::string_view channel);
 
 struct RecorderConfig {
   std::filesystem::path folder = "log";  ///< holds one folder a mission
+  std::string robot{};                   ///< whose events those of the recorder are
   std::string mission{};  ///< "20260708T063000Z"; taken already: "-1", "-2", ... is added
   std::uint64_t segment_bytes = 256U << 20;
   core::Duration segment_duration = std::chrono::minutes(10);
@@ -41,6 +42,8 @@ struct RecorderConfig {
 /// Something the operator should know. The recorder puts it into the log itself, as ToMessage() of
 /// it on EVENT, as soon as there is room.
 struct RecorderEvent {
+  std::string robot{};
+  std::string mission{};
   core::MonoTime mono;
   int severity = 0;  ///< as event_t: 0 info, 1 warn-low, 2 warn-high, 3 fatal
   std::string name;  ///< "recorder.disk_full"

@@ -21,7 +21,7 @@ class BitReader {
     }
     std::uint64_t value = 0;
     while (bits > 0) {
-      const unsigned in_byte = static_cast<unsigned>(8 - position_ % 8);
+      const unsigned in_byte = 8U - static_cast<unsigned>(position_ % 8U);
       const unsigned take = bits < in_byte ? bits : in_byte;
       const unsigned byte = bytes_[position_ / 8];
       const unsigned part = (byte >> (in_byte - take)) & ((1U << take) - 1U);

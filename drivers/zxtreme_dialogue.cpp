@@ -60,8 +60,11 @@ void ZXtremeDialogue::OnIdentity(core::MonoTime now, const AshtechIdentity& iden
   alive_ = true;
   silent_steps_ = 0;
   identity_ = identity.text;
-  core::EventText text("receiver ");
-  events.Info(now, "gps.identity", text.Append(identity_.view()));
+  if (identity_.view() != told_identity_.view()) {  // again after a change of baud rate
+    told_identity_ = identity_;
+    core::EventText text("receiver ");
+    events.Info(now, "gps.identity", text.Append(identity_.view()));
+  }
   NextStep(now);
 }
 

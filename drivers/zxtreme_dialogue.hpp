@@ -76,7 +76,8 @@ class ZXtremeDialogue {
   core::MonoTime send_after_;  ///< late answers pass before this
   char data_port_ = 'A';
   core::FixedText<80> identity_;
-  core::FixedText<80> said_;  ///< what it said in words (XMG) while a command was out
+  core::FixedText<80> told_identity_;  ///< in the last event; kept over Restart
+  core::FixedText<80> said_;           ///< what it said in words (XMG) while a command was out
 };
 
 }  // namespace kawara::drivers

@@ -179,6 +179,7 @@ core::Expected<void> CheckRecord(const PanoramaRecord& record) {
 }
 
 core::Expected<void> CheckRecord(const EventRecord& record) {
+  if (auto names = CheckNames(record.robot, record.mission); !names) return names;
   if (record.name.empty() || !IsCleanText(record.name, kMaxNameBytes))
     return Refuse("event name unusable");
   if (!IsCleanText(record.text, kMaxTextBytes)) return Refuse("event text unusable");

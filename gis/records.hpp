@@ -56,8 +56,10 @@ struct PanoramaRecord {
   std::shared_ptr<const std::vector<std::uint8_t>> jpeg;
 };
 
-/// A row of event_log: attributes without a place. Key: mono, name, text.
+/// A row of event_log: attributes without a place. Key: robot, mission, mono, name, text.
 struct EventRecord {
+  std::string robot;
+  std::string mission;
   core::MonoTime mono;  ///< on the robot's clock
   core::GpsTime time;   ///< not set: the robot had no time yet
   int severity = 0;     ///< 0 info, 1 warn-low, 2 warn-high, 3 fatal

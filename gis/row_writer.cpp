@@ -126,7 +126,8 @@ core::Expected<void> RowWriter::Replace(const PanoramaRecord& r, std::int64_t fi
 
 core::Expected<void> RowWriter::Apply(const EventRecord& r) {
   const auto there = dataset_.QueryInteger(
-      "SELECT count(*) AS n FROM event_log WHERE mono_ns = " + std::to_string(r.mono.ns()) +
+      "SELECT count(*) AS n FROM event_log WHERE robot = " + SqlText(r.robot) +
+      " AND mission = " + SqlText(r.mission) + " AND mono_ns = " + std::to_string(r.mono.ns()) +
       " AND name = " + SqlText(r.name) + " AND text = " + SqlText(r.text));
   if (!there) return tl::unexpected(there.error());
   if (there->value_or(0) > 0) {

@@ -137,6 +137,8 @@ void Fill(OGRFeature& f, const PanoramaRecord& record, const PictureFiles& files
 
 void Fill(OGRFeature& f, const EventRecord& record) {
   constexpr std::array<const char*, 4> kSeverity{"info", "warn-low", "warn-high", "fatal"};
+  f.SetField("robot", record.robot.c_str());
+  f.SetField("mission", record.mission.c_str());
   if (record.time.IsSet()) {
     SetTime(f, "t_begin", record.time);
     SetInteger(f, "gps_ns", record.time.ns());

@@ -72,6 +72,8 @@ constexpr auto kTrajectoryFields = std::to_array<Field>({
 });
 
 constexpr auto kEventFields = std::to_array<Field>({
+    {"robot", kText, true},
+    {"mission", kText, true},
     {"t_begin", kTime, false},
     {"gps_ns", kInteger, false},
     {"mono_ns", kInteger, true},
@@ -89,7 +91,7 @@ constexpr auto kSchema = std::to_array<LayerSchema>({
     {kTrajectory, "Tracks of the robots", GeometryKind::kLineStringZm, kTrajectoryFields,
      "robot, mission", "first_gps_ns", ""},
     {kEventLog, "Events the robots reported", GeometryKind::kNone, kEventFields,
-     "mono_ns, name, text", "mono_ns", ""},
+     "robot, mission, mono_ns, name, text", "mono_ns", ""},
 });
 
 }  // namespace

@@ -33,7 +33,9 @@ std::optional<FileIdentity> IdentityOf(const std::string& path) {
 }
 
 std::size_t BytesOf(const PoseRecord& r) { return sizeof r + r.robot.size() + r.mission.size(); }
-std::size_t BytesOf(const EventRecord& r) { return sizeof r + r.name.size() + r.text.size(); }
+std::size_t BytesOf(const EventRecord& r) {
+  return sizeof r + r.robot.size() + r.mission.size() + r.name.size() + r.text.size();
+}
 std::size_t BytesOf(const PanoramaRecord& r) {
   return sizeof r + r.robot.size() + r.mission.size() + (r.jpeg ? r.jpeg->size() : 0);
 }

@@ -27,6 +27,7 @@ constexpr std::size_t kOutputRingBytes = 8U << 20;
 comms::RecorderConfig RecorderConfigOf(const OnboardConfig& config) {
   comms::RecorderConfig recorder;
   recorder.folder = config.record.folder;
+  recorder.robot = config.robot.name;
   recorder.mission = config.robot.mission;
   recorder.segment_bytes = static_cast<std::uint64_t>(config.record.segment_mb * 1e6);
   recorder.segment_duration = core::DurationFromSeconds(config.record.segment_s);

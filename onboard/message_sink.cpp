@@ -85,24 +85,24 @@ void MessageSink::OnClock(const estimation::ClockStatus& clock) {
 }
 
 void MessageSink::OnEvent(const core::Event& event, core::GpsTime time) {
-  event_t message;
-  message.mono_ns = event.stamp.ns();
-  message.gps_ns = time.ns();
-  message.severity = static_cast<std::int8_t>(event.severity);
-  message.name = event.name;
-  message.text = Line(event.text.view());
-  message.suppressed = event.suppressed;
-  Send("EVENT", message, Reach::kBusAndLog);
+  SendEvent(event.stamp, {event.severity, event.name, event.text.view()}, event.suppressed, time);
 }
 
 void MessageSink::OnNote(core::MonoTime mono, const EventNote& note, core::GpsTime time) {
+  SendEvent(mono, note, 0, time);
+}
+
+void MessageSink::SendEvent(core::MonoTime mono, const EventNote& note, std::int64_t suppressed,
+                            core::GpsTime time) {
   event_t message;
+  message.robot = robot_.name;
+  message.mission = robot_.mission;
   message.mono_ns = mono.ns();
   message.gps_ns = time.ns();
   message.severity = static_cast<std::int8_t>(note.severity);
   message.name = Line(note.name);
   message.text = Line(note.text);
-  message.suppressed = 0;
+  message.suppressed = suppressed;
   Send("EVENT", message, Reach::kBusAndLog);
 }
 

@@ -22,7 +22,7 @@ class MessageSink : public CoreSink {
   using Emit = std::function<void(std::string_view channel, std::span<const std::uint8_t> bytes,
                                   Reach reach)>;
 
-  /// `frames` holds the pixels of FrameInput.slot; poses go out under the robot's name.
+  /// `frames` holds the pixels of FrameInput.slot; poses and events go out under the robot's name.
   MessageSink(RobotConfig robot, const FrameTable& frames, Emit emit)
       : robot_(std::move(robot)), frames_(frames), emit_(std::move(emit)) {}
 
@@ -45,6 +45,8 @@ class MessageSink : public CoreSink {
   void Send(std::string_view channel, const T& message, Reach reach);
 
   void SendPose(std::string_view channel, const core::Pose& pose);
+  void SendEvent(core::MonoTime mono, const EventNote& note, std::int64_t suppressed,
+                 core::GpsTime time);
 
   RobotConfig robot_;
   const FrameTable& frames_;

@@ -110,6 +110,8 @@ bool Intake::IsFirstOfItsPeriod(const gis::PoseRecord& record) {
 
 void Intake::OnEvent(const event_t& event, core::MonoTime received) {
   gis::EventRecord record;
+  record.robot = event.robot;
+  record.mission = event.mission;
   record.mono = core::MonoTime::FromNs(event.mono_ns);
   record.time = core::GpsTime::FromNs(event.gps_ns);
   record.severity = event.severity;

@@ -94,6 +94,7 @@ class Mission:
 
     def event(self, t):
         m = self.types.event_t()
+        m.robot, m.mission = self.robot, self.mission
         m.mono_ns = round((1000 + t) * 1e9)
         m.gps_ns = GPS_START_NS + round(t * 1e9)
         m.severity, m.name, m.text, m.suppressed = 1, "gps.unplugged", "read: gone at %.1f" % t, 0

@@ -102,6 +102,18 @@ TEST(ZXtremeDialogue, ConfiguresAWillingReceiverInTheOrderThatKeepsCpdAlive) {
   }
 }
 
+TEST(ZXtremeDialogue, TellsWhoTheReceiverIsOncePerReceiver) {
+  std::string rid = "PASHR,RID,UZ,30,ZC00,BUEPMFT3J-,0A13";
+  Bench bench([&](const std::string& c) { return c == "PASHQ,RID" ? rid : Obey(c); });
+  bench.Run(30);
+  bench.Run(30);  // as after a change of baud rate
+  rid = "PASHR,RID,UZ,30,ZC00,BUEPMFT3J-,0B77";
+  bench.Run(30);
+  int told = 0;
+  for (const std::string& text : bench.EventTexts()) told += text.starts_with("receiver UZ");
+  EXPECT_EQ(told, 2);
+}
+
 TEST(ZXtremeDialogue, HoldsCorrectionsBackUntilItIsDone) {
   Bench bench(Obey);
   bench.dialogue.Start(MonoTime::FromNs(1));

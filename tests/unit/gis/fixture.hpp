@@ -98,7 +98,9 @@ inline PanoramaRecord Panorama(std::int64_t epoch, PictureStage stage,
 }
 
 inline EventRecord Event(double seconds, const std::string& text) {
-  return {.mono = core::MonoTime::FromNs(static_cast<std::int64_t>(seconds * 1e9)),
+  return {.robot = "rover-1",
+          .mission = "20261122T062505Z",
+          .mono = core::MonoTime::FromNs(static_cast<std::int64_t>(seconds * 1e9)),
           .time = kStart + core::DurationFromSeconds(seconds),
           .severity = 1,
           .name = "gps.unplugged",

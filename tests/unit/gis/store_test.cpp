@@ -172,11 +172,16 @@ TEST_F(Store, EventsAreKeptOnce) {
   auto store = OpenAt(path());
   EventRecord no_time = Event(3, "it's \"gone\"; DROP TABLE obs_pose --");
   no_time.time = {};
-  for (const auto& e : {Event(1, "a"), Event(2, "a"), Event(1, "a"), no_time})
+  EventRecord of_another = Event(1, "a");
+  of_another.robot = "rover-2";
+  for (const auto& e :
+       {Event(1, "a"), Event(2, "a"), Event(1, "a"), no_time, of_another, of_another})
     ASSERT_OK(store.AddEvent(e));
   ASSERT_OK(store.Close());
   const std::string dump = Dump(path());
-  EXPECT_THAT(dump, HasSubstr("# event_log: 3 rows"));
+  EXPECT_THAT(dump, HasSubstr("# event_log: 4 rows"));
+  EXPECT_EQ(Value(dump, "event_log", 0, "robot"), "rover-1");
+  EXPECT_EQ(Value(dump, "event_log", 3, "robot"), "rover-2");
   EXPECT_EQ(Value(dump, "event_log", 2, "text"), "it's \"gone\"; DROP TABLE obs_pose --");
   EXPECT_EQ(Value(dump, "event_log", 2, "t_begin"), "NULL");
   EXPECT_EQ(Value(dump, "event_log", 0, "severity"), "warn-low");

@@ -29,6 +29,7 @@ TEST(MessageSink, EventsOfHostileTextAreLines) {
   sink.OnNote({}, {core::Severity::kInfo, "a\0b"sv, "c\0d"sv}, {});
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].text, "UZ??[2J?30");
+  EXPECT_EQ(events[0].robot + "/" + events[1].mission, "robot/mission");
   EXPECT_EQ(events[1].name, "a?b");
   EXPECT_EQ(events[1].text, "c?d");
 }

@@ -49,6 +49,7 @@ class OutletTest : public ::testing::Test {
         (std::filesystem::temp_directory_path() / "kawara-outlet-XXXXXX").string();
     if (::mkdtemp(pattern.data()) == nullptr) std::abort();
     config_.folder = pattern;
+    config_.robot = "r";
     config_.mission = "m";
     config_.disk_reserve_bytes = 0;
     config_.navigation_reserve_bytes = 0;
@@ -91,6 +92,7 @@ TEST_F(OutletTest, WhatTheRecorderTellsIsLiveInTheBytesOfTheLog) {
   const auto event = comms::Decode<event_t>(live.front());
   ASSERT_TRUE(event.has_value());
   EXPECT_EQ(event->name, "recorder.pictures_paused");
+  EXPECT_EQ(event->robot + "/" + event->mission, "r/m");
   EXPECT_GT(event->mono_ns, 0);
 }
 

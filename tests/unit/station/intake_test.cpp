@@ -173,6 +173,8 @@ TEST_F(IntakeTest, WhoJoinsInTheMiddleKeepsOnlyWhatOthersKeep) {
 TEST_F(IntakeTest, EventTextIsMadeClean) {
   Intake intake = Make();
   event_t event;
+  event.robot = "rover-1";
+  event.mission = "20261122T062505Z";
   event.mono_ns = 5;
   event.gps_ns = 0;
   event.severity = 2;
@@ -182,6 +184,10 @@ TEST_F(IntakeTest, EventTextIsMadeClean) {
   intake.OnEvent(event, {});
   ASSERT_EQ(items_.size(), 1U);
   EXPECT_EQ(std::get<gis::EventRecord>(items_[0].record).text, "read:?[2J?gone");
+  EXPECT_EQ(std::get<gis::EventRecord>(items_[0].record).robot, "rover-1");
+  event.robot.clear();
+  intake.OnEvent(event, {});
+  EXPECT_EQ(items_.size(), 1U) << "an event of nobody";
 }
 
 TEST_F(IntakeTest, LossesTheRobotCountsAreReported) {
