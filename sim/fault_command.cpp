@@ -48,11 +48,12 @@ core::Expected<std::unique_ptr<comms::LcmBus>> OpenBus(const std::string& url,
 core::Expected<std::unique_ptr<FaultListener>> FaultListener::Start(const std::string& url,
                                                                     const std::string& channel,
                                                                     core::MonoTime begin,
+                                                                    bool (*mine)(FaultKind),
                                                                     FaultOrderInbox& inbox) {
   auto bus = OpenBus(url, channel);
   if (!bus) return tl::unexpected(bus.error());
   std::unique_ptr<FaultListener> listener(
-      new FaultListener(std::move(*bus), channel, begin, inbox));
+      new FaultListener(std::move(*bus), channel, begin, mine, inbox));
   auto subscribed = comms::Subscribe<command_t>(
       *listener->bus_, channel,
       [&self = *listener](const command_t& command, const comms::MessageMeta& /*meta*/) {
@@ -64,8 +65,12 @@ core::Expected<std::unique_ptr<FaultListener>> FaultListener::Start(const std::s
 }
 
 FaultListener::FaultListener(std::unique_ptr<comms::Bus> bus, std::string channel,
-                             core::MonoTime begin, FaultOrderInbox& inbox)
-    : bus_(std::move(bus)), channel_(std::move(channel)), begin_(begin), inbox_(inbox) {}
+                             core::MonoTime begin, bool (*mine)(FaultKind), FaultOrderInbox& inbox)
+    : bus_(std::move(bus)),
+      channel_(std::move(channel)),
+      begin_(begin),
+      mine_(mine),
+      inbox_(inbox) {}
 
 FaultListener::~FaultListener() {
   stopping_ = true;
@@ -86,7 +91,9 @@ void FaultListener::OnOrder(std::int64_t sequence, const std::string& text) {
   auto known = answered_.find(sequence);
   if (known == answered_.end()) {
     if (answered_.size() >= kRemembered) answered_.clear();
-    known = answered_.emplace(sequence, Obey(text)).first;
+    const auto answer = Obey(text);
+    if (!answer) return;
+    known = answered_.emplace(sequence, *answer).first;
     std::printf("kawara-sim: fault order %s: %s\n", known->second.taken ? "taken" : "refused",
                 known->second.text.c_str());
     std::fflush(stdout);
@@ -101,15 +108,21 @@ void FaultListener::OnOrder(std::int64_t sequence, const std::string& text) {
   }
 }
 
-FaultListener::Answer FaultListener::Obey(const std::string& text) {
+std::optional<FaultListener::Answer> FaultListener::Obey(const std::string& text) {
   auto order = ParseFaultOrder(text, core::MonoNow() - begin_);
-  if (!order) return {false, order.error().message};
+  if (!order) return Answer{false, order.error().message};
+  const auto own = std::count_if(order->faults.begin(), order->faults.end(),
+                                 [&](const Fault& fault) { return mine_(fault.kind); });
+  if (own == 0 && !order->clear) return std::nullopt;
+  if (own < std::ssize(order->faults)) {
+    return Answer{false, "faults of the radio and of the instruments in one order: give two"};
+  }
   std::string understood = ToString(*order);
   if (!inbox_.Post(std::move(*order))) {
-    return {false, "more than " + std::to_string(FaultOrderInbox::kMostFaults) +
-                       " faults are under way; \"clear\" ends them"};
+    return Answer{false, "more than " + std::to_string(FaultOrderInbox::kMostFaults) +
+                             " faults are under way; \"clear\" ends them"};
   }
-  return {true, std::move(understood)};
+  return Answer{true, std::move(understood)};
 }
 
 core::Expected<FaultAnswer> SendFaultOrder(const std::string& url, const std::string& channel,
@@ -143,7 +156,7 @@ core::Expected<FaultAnswer> SendFaultOrder(const std::string& url, const std::st
   std::array<char, 160> line{};
   std::snprintf(line.data(), line.size(),
                 "nobody answered on %s within %.1f s: is a kawara-sim running with --lcm-url and "
-                "the same bus?",
+                "the same bus (for radio faults: kawara-sim radio)?",
                 channel.c_str(), core::ToSeconds(patience));
   return core::Fail(core::ErrorCode::kUnavailable, line.data());
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -18,8 +19,9 @@ namespace kawara::sim {
 constexpr const char* kDefaultFaultChannel = "SIM.FAULT";
 
 /// Listens for orders on a thread of its own, hands what it understands to the inbox, answers every
-/// order, and prints a line for it. An order that is repeated (same sequence) is answered again but
-/// taken once.
+/// order, and prints a line for it. Orders of faults that are all another simulator's (the radio's,
+/// the instruments') it leaves to that one. An order that is repeated (same sequence) is answered
+/// again but taken once.
 class FaultListener {
  public:
   /// `url` as LCM's, empty: LCM's default. Faults "from now" count from `begin`. `inbox` must
@@ -27,6 +29,7 @@ class FaultListener {
   static core::Expected<std::unique_ptr<FaultListener>> Start(const std::string& url,
                                                               const std::string& channel,
                                                               core::MonoTime begin,
+                                                              bool (*mine)(FaultKind),
                                                               FaultOrderInbox& inbox);
   ~FaultListener();
   FaultListener(const FaultListener&) = delete;
@@ -38,14 +41,15 @@ class FaultListener {
     std::string text;
   };
   FaultListener(std::unique_ptr<comms::Bus> bus, std::string channel, core::MonoTime begin,
-                FaultOrderInbox& inbox);
+                bool (*mine)(FaultKind), FaultOrderInbox& inbox);
   void Run();
   void OnOrder(std::int64_t sequence, const std::string& text);
-  Answer Obey(const std::string& text);
+  std::optional<Answer> Obey(const std::string& text);
 
   std::unique_ptr<comms::Bus> bus_;
   std::string channel_;
   core::MonoTime begin_;
+  bool (*mine_)(FaultKind);
   FaultOrderInbox& inbox_;
   std::map<std::int64_t, Answer> answered_;
   std::atomic<bool> stopping_{false};

@@ -61,11 +61,6 @@ core::Expected<FaultOrder> ParseFaultOrder(std::string_view text, core::Duration
   auto faults = ParseFaults(WithTimes(line, now));
   if (!faults) return tl::unexpected(faults.error());
   for (const Fault& fault : *faults) {
-    if (IsRadioFault(fault.kind)) {
-      return core::Fail(core::ErrorCode::kInvalidArgument,
-                        std::string("fault ") + ToString(fault.kind) +
-                            " is the radio's: give it to kawara-sim radio");
-    }
     if (fault.begin + fault.length > since_start) continue;
     return core::Fail(core::ErrorCode::kInvalidArgument,
                       std::string("fault ") + ToString(fault.kind) +
@@ -79,10 +74,23 @@ std::string ToString(const FaultOrder& order) {
   std::string text = order.clear ? "clear" : "";
   for (const Fault& fault : order.faults) {
     if (!text.empty()) text += "; ";
-    text += "t=" + Seconds(fault.begin) + " " + ToString(fault.kind) + " " + Seconds(fault.length) +
-            "s";
+    text += "t=" + Seconds(fault.begin) + " " + ToString(fault.kind);
+    if (HasValue(fault.kind)) {
+      std::array<char, 32> value{};
+      std::snprintf(value.data(), value.size(), "=%.9g", fault.value);
+      text += value.data();
+    }
+    text += " " + Seconds(fault.length) + "s";
   }
   return text;
+}
+
+FaultPlan Applied(const FaultPlan& plan, const FaultOrder& order, core::Duration since_start) {
+  std::vector<Fault> faults;
+  if (!order.clear) faults = plan.faults();
+  std::erase_if(faults, [&](const Fault& f) { return f.begin + f.length <= since_start; });
+  faults.insert(faults.end(), order.faults.begin(), order.faults.end());
+  return FaultPlan(std::move(faults));
 }
 
 bool FaultOrderInbox::Post(FaultOrder order) {

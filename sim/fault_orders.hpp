@@ -26,6 +26,9 @@ core::Expected<FaultOrder> ParseFaultOrder(std::string_view text, core::Duration
 /// "t=12.345 gps.unplug 5s; ..." or "clear": what was understood.
 std::string ToString(const FaultOrder& order);
 
+/// The plan after an order that is taken at `since_start`; what is over by then is forgotten.
+FaultPlan Applied(const FaultPlan& plan, const FaultOrder& order, core::Duration since_start);
+
 /// Hands orders to the one thread that owns the instruments. Any thread posts.
 class FaultOrderInbox {
  public:

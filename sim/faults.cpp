@@ -148,6 +148,11 @@ std::string AllFaultNames() {
   return names;
 }
 
+bool HasValue(FaultKind kind) {
+  return std::any_of(kValueRules.begin(), kValueRules.end(),
+                     [&](const ValueRule& rule) { return rule.kind == kind; });
+}
+
 bool IsRadioFault(FaultKind kind) { return kind >= FaultKind::kRadioDown; }
 
 const char* ToString(FaultKind kind) {

@@ -49,8 +49,10 @@ enum class FaultKind {
   kRadioDelay,  ///< value: seconds on top; last, tests count up to it
 };
 const char* ToString(FaultKind kind);  ///< as in the option: "gps.unplug"
+bool HasValue(FaultKind kind);         ///< "radio.loss=0.3"
 /// Of the radio link between robot and base (kawara-sim radio), not of the robot's instruments.
 bool IsRadioFault(FaultKind kind);
+inline bool IsInstrumentFault(FaultKind kind) { return !IsRadioFault(kind); }
 
 /// One thing that goes wrong, counted from the start of the run.
 struct Fault {

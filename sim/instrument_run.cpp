@@ -190,7 +190,8 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   FaultOrderInbox orders;
   std::unique_ptr<FaultListener> listener;
   if (options.lcm_url) {
-    auto started = FaultListener::Start(*options.lcm_url, options.command_channel, begin, orders);
+    auto started = FaultListener::Start(*options.lcm_url, options.command_channel, begin,
+                                        IsInstrumentFault, orders);
     if (!started) return tl::unexpected(started.error());
     listener = std::move(*started);
   }

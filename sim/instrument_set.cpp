@@ -154,11 +154,7 @@ core::MonoTime InstrumentSet::NextService() const {
 }
 
 void InstrumentSet::Take(core::MonoTime now, const FaultOrder& order) {
-  std::vector<Fault> plan;
-  if (!order.clear) plan = faults_.faults();
-  std::erase_if(plan, [&](const Fault& f) { return f.begin + f.length <= now - begin_; });
-  plan.insert(plan.end(), order.faults.begin(), order.faults.end());
-  faults_ = FaultPlan(std::move(plan));
+  faults_ = Applied(faults_, order, now - begin_);
 }
 
 TriggeredCamera::Faults InstrumentSet::camera_faults() const {

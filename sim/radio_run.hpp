@@ -1,9 +1,11 @@
 #pragma once
 #include <atomic>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/expected.hpp"
+#include "sim/fault_command.hpp"
 #include "sim/faults.hpp"
 #include "sim/radio/radio_relay.hpp"
 
@@ -12,11 +14,13 @@ namespace kawara::sim {
 /// Everything `kawara-sim radio` can be told.
 struct RadioRunOptions {
   RadioRelayOptions relay;
-  std::optional<double> duration_s;  ///< none: until stopped
-  std::vector<Fault> faults;         ///< counted from the start of the radio
+  std::optional<double> duration_s;                    ///< none: until stopped
+  std::vector<Fault> faults;                           ///< counted from the start of the radio
+  std::string command_channel = kDefaultFaultChannel;  ///< of orders, on the robot's bus
 };
 
-/// Carries two LCM buses across a simulated radio until the time is up or `stop`. Prints one line
+/// Carries two LCM buses across a simulated radio until the time is up or `stop`; takes orders of
+/// radio faults meanwhile (FaultListener). Prints one line
 /// when it hears both. Blocks. Errors: those of RadioRelay::Open; a fault that is none of a radio.
 core::Expected<RadioSummary> RunRadio(const RadioRunOptions& options,
                                       const std::atomic<bool>& stop);

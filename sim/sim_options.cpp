@@ -219,6 +219,9 @@ void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>
                  "are: radio.down, radio.loss=SHARE, radio.burst=SHARE, radio.rate=BITS_PER_S, "
                  "radio.delay=SECONDS. Repeatable")
       ->allow_extra_args(false);
+  app.add_option("--command-channel", o.command_channel,
+                 "of the robot's bus, on which kawara-sim fault orders more")
+      ->capture_default_str();
   RadioOptions& air = o.relay.down;
   app.add_option("--rate", air.rate_bps, "bits per second of the air, each way; 0: no limit")
       ->check(CLI::Range(0.0, 1e10))

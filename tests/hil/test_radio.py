@@ -22,14 +22,16 @@ BASE = f"udpm://{GROUP}:{BASE_PORT}?ttl=0"
 
 
 def heard(s, quiet_s=1.0):
-    """All datagrams (bytes, sender) until it has been quiet for so long."""
+    """All datagrams (bytes, sender) that are not LCM's until it has been quiet for so long."""
     s.settimeout(quiet_s)
     got = []
     while True:
         try:
-            got.append(s.recvfrom(65536))
+            datagram, sender = s.recvfrom(65536)
         except socket.timeout:
             return got
+        if not datagram.startswith(b"LC0"):
+            got.append((datagram, sender))
 
 
 @unittest.skipUnless(os.geteuid() == 0, "needs root for a network namespace")
@@ -142,13 +144,37 @@ class Radio(unittest.TestCase):
         down, _ = self.stop()
         self.assertGreaterEqual(down[5], 20)
 
+    def test_faults_can_be_ordered_while_it_runs(self):
+        base = self.ear(BASE_PORT)
+        self.start()
+        robot = self.mouth()
+        self.say(robot, ROBOT_PORT, 5)
+        self.assertEqual(len(heard(base)), 5)
+        done = run("kawara-sim", "fault", "radio.loss=1 3600s", "--lcm-url", ROBOT)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("radio.loss=1", done.stdout)
+        heard(base)
+        self.say(robot, ROBOT_PORT, 20)
+        self.assertEqual(heard(base), [])
+        done = run("kawara-sim", "fault", "gps.unplug; radio.down", "--lcm-url", ROBOT)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("give two", done.stdout + done.stderr)
+        self.assertNotEqual(run("kawara-sim", "fault", "gps.unplug", "--lcm-url", ROBOT, "--timeout", 1).returncode, 0)
+        self.assertEqual(run("kawara-sim", "fault", "clear", "--lcm-url", ROBOT).returncode, 0)
+        heard(base)
+        self.say(robot, ROBOT_PORT, 20)
+        self.assertEqual(len(heard(base)), 20)
+        down, _ = self.stop()
+        self.assertGreaterEqual(down[3], 20)
+
     def test_a_narrow_air_delivers_a_picture_late_and_a_flood_not_at_all(self):
         base = self.ear(BASE_PORT)
         self.start("--rate", 2e6, "--queue", 100000)
         begin = time.monotonic()
         self.say(self.mouth(), ROBOT_PORT, 1, size=60000)
         base.settimeout(30)
-        base.recv(65536)
+        while len(base.recv(65536)) != 60000:
+            pass
         self.assertGreater(time.monotonic() - begin, 60000 * 8 / 2e6)
         flood = self.mouth()
         for i in range(40):
