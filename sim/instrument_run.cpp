@@ -169,7 +169,7 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   }
   for (const ScannerSetup& setup : motion.scanners) places.push_back(options.run_dir / setup.port);
   const Janitor janitor(places);
-  core::Expected<TruthLog> truth = TruthLog::Create(options.run_dir);
+  core::Expected<TruthLog> truth = TruthLog::Create(options.run_dir, motion.world, motion.begin);
   if (!truth) return tl::unexpected(truth.error());
   auto ports = OpenPorts(options.run_dir, motion);
   if (!ports) return tl::unexpected(ports.error());
@@ -228,6 +228,7 @@ core::Expected<InstrumentSummary> RunInstruments(const InstrumentOptions& option
   listener.reset();
   camera.Stop();
   if (healthy) healthy = instruments.Service(now);  // exposures of the last moment
+  if (healthy) healthy = instruments.FinishTruth(now);
   if (!healthy) return tl::unexpected(healthy.error());
   summary.ran_s = core::ToSeconds(std::min(now, end) - begin);
   summary.stopped_early = now < end;

@@ -138,6 +138,11 @@ void InstrumentSet::WriteTruth(core::MonoTime now) {
     truth_.Exposure(e.trigger_sequence, e.frame_sequence, e.gps, e.mono, motion_.antenna_at(e.gps),
                     motion_.yaw_at(e.gps));
   }
+  truth_.Advance(std::min(clock_.GpsAt(now), motion_.end));
+}
+
+core::Expected<void> InstrumentSet::FinishTruth(core::MonoTime now) {
+  return truth_.Close(std::min(clock_.GpsAt(now), motion_.end));
 }
 
 core::MonoTime InstrumentSet::NextService() const {

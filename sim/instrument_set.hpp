@@ -38,6 +38,7 @@ struct MeasuredMotion {
   std::function<core::Geodetic(core::GpsTime)> antenna_at;
   std::function<double(core::GpsTime)> yaw_at;  ///< true heading [rad]
   std::vector<ScannerSetup> scanners = {};      ///< faults laser1 and laser2 hit the first two
+  const SiteWorld* world = nullptr;             ///< null: a recorded drive
 };
 
 /// What the instruments are.
@@ -93,6 +94,8 @@ class InstrumentSet {
     std::uint64_t pulses = 0;
     std::vector<SickScanner::Counters> scanners;
   };
+  /// After the last Service(): the truth is whole. Error: it could not be written.
+  core::Expected<void> FinishTruth(core::MonoTime now);
   Counters counters() const;
   /// "gps /dev/pts/7\n" and so on: where the ports are.
   std::string DevicesText() const;

@@ -9,6 +9,7 @@
 #include "core/config/config.hpp"
 #include "sim/dice.hpp"
 #include "sim/render/frame_files.hpp"
+#include "sim/truth_recorder.hpp"
 #include "sim/world_truth.hpp"
 
 namespace kawara::sim {
@@ -129,10 +130,13 @@ core::Expected<SurveySummary> RenderSurvey(const SiteWorld& world, const SurveyO
   if (!done) return tl::unexpected(done.error());
   const RenderedPictures pictures(world, std::make_shared<vision::DoughnutCamera>(*optics),
                                   options.camera);
+  const std::vector<core::GpsTime> instants = Exposures(world, options);
   PoseTable measured(options.folder / "poses.csv"), truth(options.folder / "truth_frames.csv");
+  auto record = TruthRecorder::Create(options.folder / "truth.lcm", world,
+                                      instants.empty() ? world.trajectory().begin() : instants[0]);
+  if (!record) return tl::unexpected(record.error());
   Dice dice(options.noise_seed);
 
-  const std::vector<core::GpsTime> instants = Exposures(world, options);
   const auto begin = std::chrono::steady_clock::now();
   const auto seconds = [&begin] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -145,6 +149,7 @@ core::Expected<SurveySummary> RenderSurvey(const SiteWorld& world, const SurveyO
     const CameraPose pose = PoseAt(world, t);
     done = WriteFrame(options.folder, number, pictures.Render(t), options.camera.jpeg_quality);
     if (done) done = truth.Add(number, t, pose, 0.0, 0.0);
+    if (done) done = record->Exposure(0, number, t, {});
     if (done) {
       done = measured.Add(number, t, WithNoise(pose, options, dice), options.pose_noise_m,
                           options.attitude_noise_deg);
@@ -157,6 +162,7 @@ core::Expected<SurveySummary> RenderSurvey(const SiteWorld& world, const SurveyO
       std::fflush(stdout);
     }
   }
+  if (done = record->Close(); !done) return tl::unexpected(done.error());
   summary.way_m = summary.frames > 0 ? (summary.frames - 1) * options.every_m : 0.0;
   summary.seconds_a_frame = summary.frames > 0 ? seconds() / summary.frames : 0.0;
   return summary;

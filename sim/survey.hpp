@@ -36,6 +36,7 @@ struct SurveySummary {
 ///   and
 ///                       the noise's standard deviations
 ///   truth_frames.csv    the same without noise
+///   truth.lcm           objects, poses and exposures (see TruthRecorder)
 ///   camera.yaml         the optics
 /// and the files of WriteWorldTruth. Prints a line every few seconds. `stop` ends it after the
 /// frame it is at; what is written is whole. Errors: kIo.
