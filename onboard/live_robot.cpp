@@ -37,6 +37,14 @@ comms::RecorderConfig RecorderConfigOf(const OnboardConfig& config) {
   return recorder;
 }
 
+void PostNote(InputInbox& inbox, core::Severity severity, std::string_view name,
+              std::string_view text) {
+  const NoteBytes bytes = Pack(EventNote{severity, name, text});
+  inbox.Post(InputKind::kNote, core::MonoNow(), BytesOf(bytes.view()));
+}
+
+}  // namespace
+
 std::vector<std::uint8_t> ConfigMessage(const OnboardConfig& config) {
   config_t message;
   message.program = "kawara-onboard";
@@ -48,16 +56,8 @@ std::vector<std::uint8_t> ConfigMessage(const OnboardConfig& config) {
   return std::move(*bytes);
 }
 
-void PostNote(InputInbox& inbox, core::Severity severity, std::string_view name,
-              std::string_view text) {
-  const NoteBytes bytes = Pack(EventNote{severity, name, text});
-  inbox.Post(InputKind::kNote, core::MonoNow(), BytesOf(bytes.view()));
-}
-
-}  // namespace
-
-std::string MissionNow() {
-  const core::CivilTime t = core::ToCivil(core::UtcTime::FromNs(WallClockUs() * 1000));
+std::string MissionAt(core::UtcTime begin) {
+  const core::CivilTime t = core::ToCivil(begin);
   char text[32];
   std::snprintf(text, sizeof(text), "%04d%02d%02dT%02d%02d%02dZ", t.year, t.month, t.day, t.hour,
                 t.minute, t.second);
@@ -94,7 +94,9 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
   auto parts = std::make_unique<Parts>();
   Parts& p = *parts;
   p.config = config;
-  if (p.config.robot.mission.empty()) p.config.robot.mission = MissionNow();
+  if (p.config.robot.mission.empty()) {
+    p.config.robot.mission = MissionAt(core::UtcTime::FromNs(WallClockUs() * 1000));
+  }
 
   auto bus = comms::LcmBus::Open({.url = config.lcm_url});
   if (!bus) return tl::unexpected(bus.error());

@@ -1,8 +1,11 @@
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/expected.hpp"
+#include "core/time.hpp"
 #include "onboard/config.hpp"
 
 namespace kawara::onboard {
@@ -29,9 +32,11 @@ class LiveRobot {
   std::unique_ptr<Parts> parts_;
 };
 
-/// "20260708T063000Z" for the present moment: the default name of a mission.
-std::string MissionNow();
+/// "20260708T063000Z": the default name of a mission that begins then.
+std::string MissionAt(core::UtcTime begin);
 /// The configuration as a log shows it: complete, with the password blanked.
 std::string PublicYaml(OnboardConfig config);
+/// Event 0 of every log: CONFIG, encoded.
+std::vector<std::uint8_t> ConfigMessage(const OnboardConfig& config);
 
 }  // namespace kawara::onboard

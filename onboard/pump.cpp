@@ -7,12 +7,11 @@
 #include <cstring>
 #include <kawara/command_t.hpp>
 #include <kawara/corrections_t.hpp>
-#include <kawara/counters_t.hpp>
 #include <utility>
 
-#include "comms/codec.hpp"
 #include "comms/typed_bus.hpp"
 #include "core/check.hpp"
+#include "onboard/counters_message.hpp"
 #include "onboard/realtime.hpp"
 
 namespace kawara::onboard {
@@ -123,17 +122,8 @@ void Pump::PostSystemClock(core::MonoTime now) {
 
 void Pump::EverySecond(core::MonoTime now) {
   next_second_ = now + core::Seconds(1);
-  counters_t message;
-  message.mono_ns = now.ns();
-  message.program = "kawara-onboard";
-  for (const core::Counters::Value& counter : parts_.counters.Snapshot()) {
-    message.name.push_back(counter.name);
-    message.value.push_back(counter.value);
-  }
-  message.n = static_cast<std::int32_t>(message.name.size());
-  if (const auto bytes = comms::Encode(message)) {
-    parts_.outlet.Send("COUNTERS", *bytes, MessageSink::Reach::kBusAndLog);
-  }
+  parts_.outlet.Send("COUNTERS", CountersMessage(parts_.counters, now),
+                     MessageSink::Reach::kBusAndLog);
 }
 
 }  // namespace kawara::onboard

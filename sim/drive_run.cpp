@@ -82,6 +82,10 @@ core::Expected<InstrumentSummary> RunDrive(const DriveOptions& options,
                               span->end,
                               [&](core::GpsTime t) { return track.PositionAt(t); },
                               [&](core::GpsTime t) { return track.YawAt(t); }};
+  if (options.virtual_time) {
+    return RunVirtual(options.instruments, *options.virtual_time, motion, std::move(pictures),
+                      stop);
+  }
   return RunInstruments(options.instruments, motion, std::move(pictures), stop);
 }
 

@@ -6,6 +6,7 @@
 #include "core/expected.hpp"
 #include "sim/doughnut_geometry.hpp"
 #include "sim/instrument_run.hpp"
+#include "sim/virtual_run.hpp"
 
 namespace kawara::sim {
 
@@ -21,10 +22,11 @@ struct DriveOptions {
   vision::DoughnutParameters doughnut = StandardDoughnut(2048);
   int jpeg_quality = 88;
   InstrumentOptions instruments;
+  std::optional<VirtualTime> virtual_time;  ///< none: in real time, on pseudo-terminals
 };
 
-/// Replays a recorded drive on simulated instruments (see RunInstruments). Errors: data, options,
-/// run-dir.
+/// Replays a recorded drive on simulated instruments (see RunInstruments, RunVirtual). Errors:
+/// data, options, run-dir.
 core::Expected<InstrumentSummary> RunDrive(const DriveOptions& options,
                                            const std::atomic<bool>& stop);
 

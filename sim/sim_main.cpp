@@ -2,7 +2,10 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <optional>
+#include <utility>
 
+#include "core/config/config.hpp"
 #include "sim/drive_run.hpp"
 #include "sim/radio_run.hpp"
 #include "sim/sim_options.hpp"
@@ -47,6 +50,26 @@ kawara::core::Expected<void> Finish(sim::InstrumentOptions& o,
                                   " is the radio's: give it to kawara-sim radio");
   }
   return {};
+}
+
+/// Virtual time, if it was asked for.
+kawara::core::Expected<std::optional<sim::VirtualTime>> VirtualTimeOf(
+    const sim::InstrumentTexts& texts, const sim::InstrumentOptions& instruments) {
+  if (texts.virtual_log.empty()) return std::nullopt;
+  if (texts.onboard_config.empty()) {
+    return kawara::core::Fail(kawara::core::ErrorCode::kInvalidArgument,
+                              "--virtual needs the robot's --onboard-config FILE, e.g. "
+                              "configs/survey_robot.yaml");
+  }
+  if (instruments.lcm_url) {
+    return kawara::core::Fail(kawara::core::ErrorCode::kInvalidArgument,
+                              "--virtual has no present in which --lcm-url could order faults: "
+                              "order them with --fault");
+  }
+  auto onboard = kawara::core::config::Load<kawara::onboard::OnboardConfig>(texts.onboard_config,
+                                                                            texts.onboard_set);
+  if (!onboard) return tl::unexpected(onboard.error());
+  return sim::VirtualTime{texts.virtual_log, std::move(*onboard)};
 }
 
 int RunRadio(sim::RadioRunOptions& options, const std::vector<std::string>& fault_texts) {
@@ -97,16 +120,16 @@ int main(int argc, char** argv) {
   sim::SiteRunOptions site_options;
   sim::SiteWorldOptions survey_world;
   sim::SurveyOptions survey_options;
-  std::vector<std::string> faults;
+  sim::InstrumentTexts texts;
   CLI::App& drive = *app.add_subcommand("drive", "replay a recorded drive at true pace");
-  sim::AddDriveOptions(drive, drive_options, faults);
+  sim::AddDriveOptions(drive, drive_options, texts);
   CLI::App& site =
       *app.add_subcommand("site", "drive through a simulated site, with pictures of it");
-  sim::AddSiteOptions(site, site_options, faults);
+  sim::AddSiteOptions(site, site_options, texts);
   sim::RadioRunOptions radio_options;
   CLI::App& radio =
       *app.add_subcommand("radio", "carry the LCM bus of a robot to a base across a bad radio");
-  sim::AddRadioOptions(radio, radio_options, faults);
+  sim::AddRadioOptions(radio, radio_options, texts.faults);
   sim::FaultCommandOptions fault_options;
   CLI::App& fault = *app.add_subcommand("fault", "order a fault of a simulator that is running");
   sim::AddFaultCommandOptions(fault, fault_options);
@@ -128,11 +151,18 @@ int main(int argc, char** argv) {
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGINT, &action, nullptr);
   if (!survey_options.folder.empty()) return RunSurvey(survey_world, survey_options);
-  if (radio.parsed()) return RunRadio(radio_options, faults);
+  if (radio.parsed()) return RunRadio(radio_options, texts.faults);
   if (fault.parsed()) return SendFault(fault_options);
   sim::InstrumentOptions& instruments =
       drive.parsed() ? drive_options.instruments : site_options.instruments;
-  if (const auto finished = Finish(instruments, faults); !finished) return Fail(finished.error());
+  if (const auto finished = Finish(instruments, texts.faults); !finished) {
+    return Fail(finished.error());
+  }
+  auto virtual_time = VirtualTimeOf(texts, instruments);
+  if (!virtual_time) return Fail(virtual_time.error());
+  if (*virtual_time && (*virtual_time)->onboard.camera.source == "none")
+    site_options.camera = false;  // nothing is drawn that nobody looks at
+  drive_options.virtual_time = site_options.virtual_time = std::move(*virtual_time);
   if (drive.parsed()) return Tell(sim::RunDrive(drive_options, stop_requested));
   return Tell(sim::RunSite(site_options, stop_requested));
 }

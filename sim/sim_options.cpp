@@ -5,7 +5,7 @@
 namespace kawara::sim {
 namespace {
 
-void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, std::vector<std::string>& faults) {
+void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, InstrumentTexts& texts) {
   app.add_option("--run-dir", o.run_dir,
                  "folder for the ports: gps, ahrs, pps.sock, camera.sock, ready, truth_*.csv")
       ->required();
@@ -14,10 +14,20 @@ void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, std::vector<std::
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
   app.add_option(
-         "--fault", faults,
+         "--fault", texts.faults,
          "\"t=30 gps.unplug 5s\": at 30 s of the run, for 5 s (default 5). All there are: " +
              AllFaultNames() + ". Repeatable")
       ->allow_extra_args(false);
+  app.add_option("--virtual", texts.virtual_log,
+                 "virtual time: instruments and kawara-onboard's core in this process, as fast as "
+                 "it goes; what kawara-onboard would record goes into this LCM log, which must not "
+                 "exist. No ports then")
+      ->group("Virtual time");
+  app.add_option("--onboard-config", texts.onboard_config, "the robot's YAML, with --virtual")
+      ->group("Virtual time");
+  app.add_option("--onboard-set", texts.onboard_set, "key=value over it; repeatable")
+      ->allow_extra_args(false)
+      ->group("Virtual time");
   app.add_option("--lcm-url", o.lcm_url,
                  "listen there for faults ordered while it runs ('kawara-sim fault'); empty: LCM's "
                  "default bus. Without it nothing is listened to");
@@ -164,7 +174,7 @@ std::filesystem::path DefaultConfig(const std::string& name) {
   return here;
 }
 
-void AddDriveOptions(CLI::App& app, DriveOptions& o, std::vector<std::string>& faults) {
+void AddDriveOptions(CLI::App& app, DriveOptions& o, InstrumentTexts& texts) {
   app.add_option("--data", o.data, "folder of the recording: gnss.csv[.gz], imu.csv[.gz], site.csv")
       ->required();
   app.add_option("--panorama", o.panorama,
@@ -190,10 +200,10 @@ void AddDriveOptions(CLI::App& app, DriveOptions& o, std::vector<std::string>& f
       ->check(CLI::Range(30, 100))
       ->capture_default_str()
       ->group("Camera");
-  AddInstrumentOptions(app, o.instruments, faults);
+  AddInstrumentOptions(app, o.instruments, texts);
 }
 
-void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& faults) {
+void AddSiteOptions(CLI::App& app, SiteRunOptions& o, InstrumentTexts& texts) {
   AddWorldOptions(app, o.world);
   app.add_option("--start", o.start_s, "seconds into the drive")->check(CLI::NonNegativeNumber);
   app.add_option("--duration", o.duration_s, "seconds of it; to its end if not given")
@@ -205,7 +215,7 @@ void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& 
                  "are drawn while it runs, which needs a fast machine")
       ->check(CLI::Range(0.05, 3600.0));
   AddRenderingOptions(app, o.doughnut, o.rendering);
-  AddInstrumentOptions(app, o.instruments, faults);
+  AddInstrumentOptions(app, o.instruments, texts);
 }
 
 void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>& faults) {

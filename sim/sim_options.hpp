@@ -18,10 +18,18 @@ struct FaultCommandOptions {
   double patience_s = 5.0;
 };
 
+/// What needs a second look once all options are read.
+struct InstrumentTexts {
+  std::vector<std::string> faults;  ///< for ParseFaults
+  std::string virtual_log;          ///< empty: real time
+  std::string onboard_config;
+  std::vector<std::string> onboard_set;
+};
+
 /// The options of kawara-sim's commands, grouped as --help shows them. What they bind to must
-/// outlive parsing. `faults` gets the texts of --fault, for ParseFaults.
-void AddDriveOptions(CLI::App& app, DriveOptions& o, std::vector<std::string>& faults);
-void AddSiteOptions(CLI::App& app, SiteRunOptions& o, std::vector<std::string>& faults);
+/// outlive parsing.
+void AddDriveOptions(CLI::App& app, DriveOptions& o, InstrumentTexts& texts);
+void AddSiteOptions(CLI::App& app, SiteRunOptions& o, InstrumentTexts& texts);
 void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>& faults);
 void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o);
 void AddFaultCommandOptions(CLI::App& app, FaultCommandOptions& o);

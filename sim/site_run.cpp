@@ -108,7 +108,12 @@ core::Expected<InstrumentSummary> RunSite(SiteRunOptions options, const std::ato
       span->second,
       [&w, antenna_frd_m](core::GpsTime t) { return w.trajectory().GeodeticAt(t, antenna_frd_m); },
       [&w](core::GpsTime t) { return w.trajectory().AttitudeAt(t).yaw_rad; },
-      Scanners(w, options.world.seed)};
+      Scanners(w, options.world.seed),
+      &w};
+  if (options.virtual_time) {
+    return RunVirtual(options.instruments, *options.virtual_time, motion, std::move(pictures),
+                      stop);
+  }
   return RunInstruments(options.instruments, motion, std::move(pictures), stop);
 }
 

@@ -7,6 +7,7 @@
 #include "sim/instrument_run.hpp"
 #include "sim/rendered_pictures.hpp"
 #include "sim/site_world.hpp"
+#include "sim/virtual_run.hpp"
 
 namespace kawara::sim {
 
@@ -22,11 +23,12 @@ struct SiteRunOptions {
   vision::DoughnutParameters doughnut = StandardDoughnut(1448);
   RenderedCameraOptions rendering;
   InstrumentOptions instruments;
+  std::optional<VirtualTime> virtual_time;  ///< none: in real time, on pseudo-terminals
 };
 
 /// Makes the world, writes its truth into the run-dir (see WriteWorldTruth), and plays the drive on
-/// simulated instruments with rendered pictures (see RunInstruments). Errors: files, options,
-/// run-dir.
+/// simulated instruments with rendered pictures (see RunInstruments, RunVirtual). Errors: files,
+/// options, run-dir.
 core::Expected<InstrumentSummary> RunSite(SiteRunOptions options, const std::atomic<bool>& stop);
 
 }  // namespace kawara::sim
