@@ -1,13 +1,14 @@
 """./run demo: a drive arrives as pictures and track in a GIS, live; then the same from the log alone.
 
-kawara-sim plays a recorded drive (real RTK-GNSS and IMU measurements), or a simulated one, on pseudo-terminals at true pace, kawara-onboard reads them
-as it would read the instruments, kawara-station stores what comes over LCM. Runs inside a network namespace (see ./run).
+kawara-sim plays a simulated drive, or a recorded one (real RTK-GNSS and IMU measurements), on pseudo-terminals at true pace, kawara-onboard reads them
+as it would read the instruments, kawara-station stores what comes over LCM, on request across a bad radio. Runs inside a network namespace (see ./run).
 """
 import argparse
 import bisect
 import csv
 import json
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 from processes import Processes, run, wait_for  # noqa: E402
 
+FACTORY_ROAD = ROOT / "configs/sites/factory_road.yaml"
 DRIVE_S = 540  # the recording's length, less its first seconds without IMU
 
 
@@ -48,6 +50,7 @@ class Recorded:
     name = "a real drive"
     config = ROOT / "configs/demo.yaml"
     simulator = ["drive", "--data", ROOT / "data/drive_0708", "--panorama", ROOT / "data/panorama/R0014760_3072.jpg"]
+    usual_start_s, usual_seconds = 100, 60
     longest_wait_s = 60
 
     def wiring(self, ports):
@@ -58,6 +61,7 @@ class Site:
     """A drive that never was: every exposure is drawn before it begins, so that live the simulator costs little."""
     name = "a simulated drive"
     config = ROOT / "configs/survey_robot.yaml"
+    usual_start_s, usual_seconds = 0, 120
     longest_wait_s = 3600
 
     def __init__(self, site):
@@ -67,20 +71,27 @@ class Site:
         return ["--set", f"gps.pps.device={ports}/pps.sock"]
 
 
-def live(out, drive, seconds, start, faults, quiet):
+ROBOT_BUS = "udpm://239.255.76.67:7667?ttl=0"
+BASE_BUS = "udpm://239.255.76.67:7668?ttl=0"  # beyond the radio, if there is one
+
+
+def live(out, drive, seconds, start, faults, radio, quiet):
     """Runs the chain; returns the mission's log folder."""
     ports = out / "ports"
     with Processes(out / "output") as chain:
+        if radio is not None:
+            chain.start("radio", "kawara-sim", "radio", "--robot", ROBOT_BUS, "--base", BASE_BUS, *shlex.split(radio))
         sim_args = [*drive.simulator, "--run-dir", ports, "--start", start, "--duration", seconds]
         for fault in faults:
             sim_args += ["--fault", fault]
         chain.start("station", "kawara-station", "--config", ROOT / "configs/station.yaml", "--store", out / "live/mission.gpkg",
-                    "--latency", out / "latency.csv", "--map", out / "track.png")
+                    "--latency", out / "latency.csv", "--map", out / "track.png",
+                    "--lcm-url", BASE_BUS if radio is not None else ROBOT_BUS)
         chain.start("sim", "kawara-sim", *sim_args)
         wait_for_ports(chain, ports, drive.longest_wait_s, quiet)
         chain.start("onboard", "kawara-onboard", "--config", drive.config, "--set", f"gps.device={ports}/gps",
                     "--set", f"ahrs.device={ports}/ahrs", "--set", f"camera.path={ports}/camera.sock",
-                    *drive.wiring(ports), "--set", f"record.folder={out}/log")
+                    *drive.wiring(ports), "--set", f"record.folder={out}/log", "--set", f"lcm_url={ROBOT_BUS}")
         end = time.monotonic() + seconds + 60
         while chain.running["sim"].poll() is None and time.monotonic() < end:
             time.sleep(1)
@@ -90,7 +101,7 @@ def live(out, drive, seconds, start, faults, quiet):
         if not quiet and sys.stdout.isatty():
             print()
         time.sleep(1.5)  # the last epoch's sentences, poses and pictures
-        codes = {name: chain.stop(name) for name in ("onboard", "station", "sim")}
+        codes = {name: chain.stop(name) for name in ("onboard", "radio", "station", "sim") if name in chain.running}
         for name in codes:
             text = chain.output(name).strip().splitlines()
             for line in text[-1:] if codes[name] == 0 else text[-5:]:
@@ -199,22 +210,24 @@ def latencies(out, stolen):
 
 def main():
     parser = argparse.ArgumentParser(prog="./run demo")
-    parser.add_argument("--site", nargs="?", const=ROOT / "configs/sites/factory_road.yaml",
-                        help="a simulated site instead of the recorded drive (configs/sites/; the factory road if not named)")
-    parser.add_argument("--seconds", type=int, help="of the drive (60; with --site 120)")
-    parser.add_argument("--full", action="store_true", help="the whole recorded drive, nine minutes")
-    parser.add_argument("--start", type=float, help="seconds into the drive (100; with --site 0)")
+    parser.add_argument("--site", nargs="?", const=FACTORY_ROAD, default=FACTORY_ROAD, help="the simulated place (configs/sites/; the factory road)")
+    parser.add_argument("--recorded", action="store_true", help="a recorded drive instead: real measurements of a car")
+    parser.add_argument("--full", action="store_true", help="all nine minutes of the recorded drive")
+    parser.add_argument("--seconds", type=int, help="of the drive (120; recorded 60)")
+    parser.add_argument("--start", type=float, help="seconds into the drive (0; recorded 100)")
+    parser.add_argument("--radio", metavar="OPTIONS",
+                        help='a bad radio between robot and base, e.g. "--rate 8e6 --loss 0.001" (see kawara-sim radio --help)')
     parser.add_argument("--fault", action="append", default=[], help='e.g. "t=20 gps.unplug 5s" (see kawara-sim drive --help)')
     parser.add_argument("--out", default="out/demo")
     parser.add_argument("--quiet", action="store_true")
     args = parser.parse_args()
-    drive = Site(args.site) if args.site else Recorded()
     if args.full:
-        args.start, args.seconds = 5, DRIVE_S
+        args.recorded, args.start, args.seconds = True, 5, DRIVE_S
+    drive = Recorded() if args.recorded else Site(args.site)
     if args.start is None:
-        args.start = 0 if args.site else 100
+        args.start = drive.usual_start_s
     if args.seconds is None:
-        args.seconds = 120 if args.site else 60
+        args.seconds = drive.usual_seconds
     out = pathlib.Path(args.out).resolve()
     if out.exists():
         shutil.rmtree(out)
@@ -224,7 +237,7 @@ def main():
     print(f"live: {args.seconds} s of {drive.name} at true pace, instruments on pseudo-terminals", flush=True)
     stolen = StolenTime()
     stolen.start()
-    log = live(out, drive, args.seconds, args.start, args.fault, args.quiet)
+    log = live(out, drive, args.seconds, args.start, args.fault, args.radio, args.quiet)
     stolen.done.set()
     print("again, from the log alone")
     took = replay(out, log)
@@ -251,7 +264,8 @@ def main():
         "records lost / messages not sent": "%d / %d" % (
             count.get("rt.output_refused", 0) + count.get("recorder.refused", 0), count.get("bus.not_sent", 0)),
         "replay": f"{args.seconds / took:.1f} times faster than the drive",
-        "store from the log": "identical" if live_dump == replay_dump else "DIFFERENT (live.txt, replay.txt)",
+        "store from the log": "identical" if live_dump == replay_dump else
+                              "has what the radio lost" if args.radio is not None else "DIFFERENT (live.txt, replay.txt)",
     }
     width = max(map(len, summary))
     print()
@@ -261,7 +275,8 @@ def main():
     judge(out)
     print(f"\ndemo: {len(stages['full'])} pictures of {drive.name} in {out}/live/mission.gpkg (open it in QGIS), map {out}/track.png, "
           f"log {log}")
-    ok = live_dump == replay_dump and len(stages["full"]) > 0
+    # What a bad radio swallowed is in the log alone.
+    ok = (live_dump == replay_dump or args.radio is not None) and len(stages["full"]) > 0
     return 0 if ok else 1
 
 
