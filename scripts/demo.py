@@ -58,7 +58,7 @@ class Recorded:
 
 
 class Site:
-    """A drive that never was: every exposure is drawn before it begins, so that live the simulator costs little."""
+    """A drive that never was: exposures are drawn before it begins where this machine is too slow to draw them live."""
     name = "a simulated drive"
     config = ROOT / "configs/survey_robot.yaml"
     usual_start_s, usual_seconds = 0, 120

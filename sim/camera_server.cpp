@@ -88,8 +88,10 @@ void CameraServer::Run(const std::atomic<bool>& stop) {
       SleepUntil(core::MonoNow() + core::Milliseconds(kPoll_ms));
       continue;
     }
-    if (const core::MonoTime now = core::MonoNow(); camera_.WantsToPrepare(now))
+    if (const core::MonoTime now = core::MonoNow(); camera_.WantsToPrepare(now)) {
       camera_.Prepare(now);
+      WasBusySince(now);
+    }
     std::array<pollfd, 2> wait{{{.fd = listen_fd_, .events = POLLIN, .revents = 0},
                                 {.fd = client_fd_, .events = POLLIN, .revents = 0}}};
     if (poll(wait.data(), wait.size(), kPoll_ms) <= 0) continue;
@@ -117,14 +119,24 @@ void CameraServer::TakeTriggers(const Faults& faults, const std::atomic<bool>& s
 void CameraServer::OnTrigger(const drivers::CameraTriggerMessage& message, const Faults& faults,
                              const std::atomic<bool>& stop) {
   const core::MonoTime pulse = core::MonoTime::FromNs(message.mono_ns);
-  for (const TriggeredCamera::Frame& frame :
-       camera_.OnTrigger(message.sequence, pulse, core::MonoNow(), faults)) {
+  const core::MonoTime now = core::MonoNow();
+  // No camera misses a trigger because a picture is being drawn: its frame only comes later.
+  const bool while_busy = pulse >= busy_from_ && pulse < busy_until_;
+  const std::vector<TriggeredCamera::Frame> frames =
+      camera_.OnTrigger(message.sequence, pulse, while_busy ? pulse : now, faults);
+  WasBusySince(now);
+  for (const TriggeredCamera::Frame& frame : frames) {
     SleepUntil(frame.ready);
     Deliver(frame, stop);
     if (frame.header.trigger_sequence == message.sequence) {
       counters_.longest_delivery = std::max(counters_.longest_delivery, core::MonoNow() - pulse);
     }
   }
+}
+
+void CameraServer::WasBusySince(core::MonoTime begin) {
+  if (begin - busy_until_ > core::Milliseconds(kPoll_ms)) busy_from_ = begin;
+  busy_until_ = core::MonoNow();
 }
 
 void CameraServer::Deliver(const TriggeredCamera::Frame& frame, const std::atomic<bool>& stop) {
@@ -160,6 +172,7 @@ CameraServer::Counters CameraServer::counters() const {
   Counters all = counters_;
   all.triggers = camera_.counters().triggers;
   all.missed = camera_.counters().missed;
+  all.made_late = camera_.made_late();
   all.lost += camera_.counters().spoiled;
   return all;
 }

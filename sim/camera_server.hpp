@@ -32,6 +32,7 @@ class CameraServer {
     std::uint64_t frames = 0;  ///< delivered whole
     std::uint64_t lost = 0;    ///< exposed, not delivered
     std::uint64_t clients = 0;
+    std::uint64_t made_late = 0;  ///< frames whose picture was not ready when the trigger came
     core::Duration
         longest_delivery{};  ///< trigger to last byte handed to the socket, without late ones
   };
@@ -56,6 +57,7 @@ class CameraServer {
   void OnTrigger(const drivers::CameraTriggerMessage& message, const Faults& faults,
                  const std::atomic<bool>& stop);
   void Deliver(const TriggeredCamera::Frame& frame, const std::atomic<bool>& stop);
+  void WasBusySince(core::MonoTime begin);
   bool SendAll(const void* data, std::size_t size, const std::atomic<bool>& stop);
 
   std::filesystem::path socket_path_;
@@ -67,6 +69,8 @@ class CameraServer {
   int client_fd_ = -1;
   std::array<std::uint8_t, sizeof(drivers::CameraTriggerMessage)> message_{};
   std::size_t message_size_ = 0;
+  /// When the thread last made pictures instead of reading triggers.
+  core::MonoTime busy_from_{}, busy_until_{};
 };
 
 }  // namespace kawara::sim

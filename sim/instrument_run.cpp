@@ -122,7 +122,7 @@ std::string InstrumentSummary::ToText() const {
       "%llu overrun bytes, %llu dropped messages; pps %llu edges; ahrs %llu samples, %llu packets, "
       "%llu skipped, "
       "%llu saturated, %llu overrun bytes; camera %llu triggers, %llu frames, %llu missed, %llu "
-      "lost, "
+      "lost, %llu drawn late, "
       "slowest %.1f ms; pacing at most %.1f ms late",
       ran_s, stopped_early ? " (stopped)" : "", static_cast<unsigned long long>(i.gps.epochs),
       static_cast<unsigned long long>(i.gps.sentences),
@@ -139,6 +139,7 @@ std::string InstrumentSummary::ToText() const {
       static_cast<unsigned long long>(camera.triggers),
       static_cast<unsigned long long>(camera.frames),
       static_cast<unsigned long long>(camera.missed), static_cast<unsigned long long>(camera.lost),
+      static_cast<unsigned long long>(camera.made_late),
       core::ToSeconds(camera.longest_delivery) * 1e3, core::ToSeconds(latest_wakeup) * 1e3);
   std::string all = text.data();
   for (std::size_t n = 0; n < i.scanners.size(); ++n) {

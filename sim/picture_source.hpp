@@ -32,6 +32,8 @@ class PictureSource {
   virtual void Prepare(core::GpsTime expected) = 0;
   /// The picture of the exposure at caption.exposure. Should be quick after a good Prepare().
   virtual core::Expected<Picture> Expose(const Caption& caption) = 0;
+  /// Exposures so far whose picture had to be made after the trigger.
+  virtual std::uint64_t made_late() const { return 0; }
 };
 
 }  // namespace kawara::sim

@@ -3,7 +3,9 @@
 #include <cstdlib>
 #include <utility>
 
+#include "vision/equirectangular_camera.hpp"
 #include "vision/jpeg.hpp"
+#include "vision/panorama_metadata.hpp"
 
 namespace kawara::sim {
 
@@ -36,7 +38,16 @@ core::Expected<Picture> RenderedPictures::Draw(core::GpsTime exposure) const {
   Picture picture;
   picture.width = static_cast<std::uint32_t>(frame.width_px);
   picture.height = static_cast<std::uint32_t>(frame.height_px);
-  picture.jpeg.assign(jpeg->begin(), jpeg->end());
+  const auto* sphere = dynamic_cast<const vision::EquirectangularCamera*>(&renderer_.camera());
+  if (sphere == nullptr) {
+    picture.jpeg.assign(jpeg->begin(), jpeg->end());
+  } else {  // a stitching camera says which part of the sphere it shows
+    vision::PanoramaMetadata metadata;
+    metadata.geometry = sphere->geometry();
+    metadata.software = "kawara-sim";
+    auto done = vision::InsertPanoramaMetadata(*jpeg, metadata, &picture.jpeg);
+    if (!done) return tl::unexpected(done.error());
+  }
   picture.exposed = exposure;
   return picture;
 }
@@ -69,7 +80,9 @@ const Picture* RenderedPictures::DrawnNear(core::GpsTime exposure) const {
 
 void RenderedPictures::Prepare(core::GpsTime expected) {
   if (DrawnNear(expected) != nullptr) return;
+  const core::MonoTime begin = core::MonoNow();
   if (auto picture = Draw(expected)) drawn_.insert_or_assign(expected, std::move(*picture));
+  takes_ = core::MonoNow() - begin;
 }
 
 core::Expected<Picture> RenderedPictures::Expose(const Caption& caption) {

@@ -42,8 +42,9 @@ class RenderedPictures final : public PictureSource {
 
   /// The picture and its truth at mid-exposure `t`.
   RenderedFrame Render(core::GpsTime t) const;
-  /// Exposures that found nothing drawn.
-  std::uint64_t rendered_late() const { return rendered_late_; }
+  /// How long the last picture took that Prepare() drew.
+  core::Duration PrepareTakes() const { return takes_; }
+  std::uint64_t made_late() const override { return rendered_late_; }
 
   /// The shutter may open so much off its trigger: an exposure drawn for an instant that near is
   /// taken.
@@ -60,6 +61,7 @@ class RenderedPictures final : public PictureSource {
   std::map<core::GpsTime, Picture> drawn_;  ///< by start of exposure
   std::size_t ahead_ = 0;                   ///< how many of them RenderAhead() made: these stay
   std::uint64_t rendered_late_ = 0;
+  core::Duration takes_{};  ///< the last picture drawn in Prepare()
 };
 
 }  // namespace kawara::sim

@@ -2,6 +2,9 @@
 
 #include <map>
 
+#include "sim/camera_file.hpp"
+#include "sim/render/light_cache.hpp"
+
 namespace kawara::sim {
 namespace {
 
@@ -127,14 +130,31 @@ void AddWorldOptions(CLI::App& app, SiteWorldOptions& o) {
          "faster and rougher")
       ->check(CLI::Range(0.2, 50.0))
       ->capture_default_str();
+  o.light.cache = LightCache::DefaultFolder();
+  app.add_option("--light-cache", o.light.cache,
+                 "folder in which measured light is kept for the next run; \"\": nowhere")
+      ->capture_default_str();
 }
 
-void AddRenderingOptions(CLI::App& app, vision::DoughnutParameters& doughnut,
-                         RenderedCameraOptions& o) {
-  app.add_option_function<int>(
-         "--doughnut-px", [&doughnut](int px) { doughnut = StandardDoughnut(px); },
-         "side of the doughnut picture (default 1448: 2.1 megapixels)")
-      ->check(CLI::Range(256, 4096))
+void AddRenderingOptions(CLI::App& app, vision::CameraChoice& optics, RenderedCameraOptions& o) {
+  CLI::Option* ring = app.add_option_function<int>(
+                             "--doughnut-px",
+                             [&optics](int px) {
+                               optics = {"doughnut", StandardDoughnut(px), {}};
+                             },
+                             "side of the standard doughnut picture (default 1448: 2.1 megapixels)")
+                          ->check(CLI::Range(256, 4096))
+                          ->group("Camera");
+  app.add_option_function<std::string>(
+         "--camera",
+         [&optics](const std::string& path) {
+           auto choice = LoadCamera(path);
+           if (!choice) throw CLI::ValidationError(choice.error().message);
+           optics = std::move(*choice);
+         },
+         "the camera's YAML instead: camera: doughnut or equirectangular, and its numbers (as the "
+         "camera.yaml of a survey, or picture: of a robot's configuration)")
+      ->excludes(ring)
       ->group("Camera");
   app.add_option("--exposure", o.exposure_s, "[s]")
       ->check(CLI::Range(0.0, 0.5))
@@ -211,10 +231,11 @@ void AddSiteOptions(CLI::App& app, SiteRunOptions& o, InstrumentTexts& texts) {
   app.add_flag("--now", o.now, "it begins at the present; otherwise always at the same date");
   app.add_flag("!--no-camera", o.camera, "only serial instruments");
   app.add_option("--ahead", o.ahead_period_s,
-                 "draw the exposures every so many seconds before the run begins; without it they "
-                 "are drawn while it runs, which needs a fast machine")
+                 "draw the exposures every so many seconds before the run begins, if this machine "
+                 "is too slow to draw them while it runs (pictures that are not ready at their "
+                 "trigger come later; the last line counts them)")
       ->check(CLI::Range(0.05, 3600.0));
-  AddRenderingOptions(app, o.doughnut, o.rendering);
+  AddRenderingOptions(app, o.optics, o.rendering);
   AddInstrumentOptions(app, o.instruments, texts);
 }
 
@@ -261,7 +282,7 @@ void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>
 
 void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o) {
   AddWorldOptions(app, world);
-  o.doughnut = StandardDoughnut(1448);
+  o.optics = {"doughnut", StandardDoughnut(1448), {}};
   app.add_option("--every", o.every_m, "metres between frames")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
@@ -274,7 +295,7 @@ void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o) 
   app.add_option("--attitude-noise", o.attitude_noise_deg, "of poses.csv, each axis [deg]")
       ->check(CLI::Range(0.0, 45.0))
       ->capture_default_str();
-  AddRenderingOptions(app, o.doughnut, o.camera);
+  AddRenderingOptions(app, o.optics, o.camera);
 }
 
 void AddFaultCommandOptions(CLI::App& app, FaultCommandOptions& o) {

@@ -11,6 +11,10 @@
 namespace kawara::sim {
 namespace {
 
+/// Pictures that take a smaller share of the time between them are drawn while the robot drives:
+/// so much is left for the robot's own programs on the same machine.
+constexpr double kLiveShare = 0.4;
+
 core::GpsTime GpsNow() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
@@ -69,7 +73,7 @@ core::Expected<InstrumentSummary> RunSite(SiteRunOptions options, const std::ato
   if (options.now) {
     options.world.begin = GpsNow() - core::Seconds(static_cast<std::int64_t>(options.start_s));
   }
-  auto optics = vision::DoughnutCamera::Create(options.doughnut);
+  auto optics = vision::MakeCamera(options.optics);
   if (!optics) return tl::unexpected(optics.error());
   options.world.lit = options.camera;
   const auto world = SiteWorld::Create(options.world);
@@ -85,9 +89,19 @@ core::Expected<InstrumentSummary> RunSite(SiteRunOptions options, const std::ato
       MakeAhrsTrace(w.recording(), track, options.instruments.gps.seed + 1);
   std::unique_ptr<PictureSource> pictures;
   if (options.camera) {
-    auto rendered = std::make_unique<RenderedPictures>(
-        w, std::make_shared<vision::DoughnutCamera>(*optics), options.rendering);
-    if (options.ahead_period_s > 0.0) {
+    auto rendered = std::make_unique<RenderedPictures>(w, *optics, options.rendering);
+    // Only where it must be: a picture is drawn for measure. In virtual time nothing may depend on
+    // how quick this machine is.
+    bool keeps_up = false;
+    if (options.ahead_period_s > 0.0 && !options.virtual_time) {
+      rendered->Prepare(span->first);
+      const double takes_s = core::ToSeconds(rendered->PrepareTakes());
+      keeps_up = takes_s < kLiveShare * options.ahead_period_s;
+      std::printf("kawara-sim: a picture takes %.2f s: drawn %s the drive\n", takes_s,
+                  keeps_up ? "during" : "before");
+      std::fflush(stdout);
+    }
+    if (options.ahead_period_s > 0.0 && !keeps_up) {
       const auto drawn = rendered->RenderAhead(
           span->first, span->second, core::DurationFromSeconds(options.ahead_period_s),
           [](std::size_t done, std::size_t of) {

@@ -8,6 +8,7 @@
 #include "sim/rendered_pictures.hpp"
 #include "sim/site_world.hpp"
 #include "sim/virtual_run.hpp"
+#include "vision/camera_choice.hpp"
 
 namespace kawara::sim {
 
@@ -18,9 +19,10 @@ struct SiteRunOptions {
   std::optional<double> duration_s;  ///< none: to the end
   bool now = false;                  ///< the played part begins at the present whole second
   bool camera = true;
-  /// Seconds between exposures that are drawn before the run begins; 0: drawn while it runs.
+  /// Seconds between exposures that are drawn before the run begins, unless this machine is quick
+  /// enough to draw them while it runs; 0: drawn while it runs in any case.
   double ahead_period_s = 0.0;
-  vision::DoughnutParameters doughnut = StandardDoughnut(1448);
+  vision::CameraChoice optics{"doughnut", StandardDoughnut(1448), {}};
   RenderedCameraOptions rendering;
   InstrumentOptions instruments;
   std::optional<VirtualTime> virtual_time;  ///< none: in real time, on pseudo-terminals

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/config/config.hpp"
+#include "sim/camera_file.hpp"
 #include "sim/dice.hpp"
 #include "sim/render/frame_files.hpp"
 #include "sim/truth_recorder.hpp"
@@ -110,8 +110,8 @@ core::Expected<void> WriteFrame(const fs::path& folder, int number, const Render
   return done;
 }
 
-core::Expected<void> WriteCamera(const fs::path& file, const vision::DoughnutParameters& optics) {
-  const std::string text = core::config::Dump(optics);
+core::Expected<void> WriteCamera(const fs::path& file, const vision::CameraChoice& optics) {
+  const std::string text = DumpCamera(optics);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(file.c_str(), "w"),
                                                             std::fclose);
   if (out && std::fputs(text.c_str(), out.get()) >= 0 && std::fflush(out.get()) == 0) return {};
@@ -122,14 +122,13 @@ core::Expected<void> WriteCamera(const fs::path& file, const vision::DoughnutPar
 
 core::Expected<SurveySummary> RenderSurvey(const SiteWorld& world, const SurveyOptions& options,
                                            const std::atomic<bool>& stop) {
-  auto optics = vision::DoughnutCamera::Create(options.doughnut);
+  auto optics = vision::MakeCamera(options.optics);
   if (!optics) return tl::unexpected(optics.error());
   if (auto made = MakeFolders(options.folder); !made) return tl::unexpected(made.error());
   auto done = WriteWorldTruth(world, options.folder);
-  if (done) done = WriteCamera(options.folder / "camera.yaml", options.doughnut);
+  if (done) done = WriteCamera(options.folder / "camera.yaml", options.optics);
   if (!done) return tl::unexpected(done.error());
-  const RenderedPictures pictures(world, std::make_shared<vision::DoughnutCamera>(*optics),
-                                  options.camera);
+  const RenderedPictures pictures(world, *optics, options.camera);
   const std::vector<core::GpsTime> instants = Exposures(world, options);
   PoseTable measured(options.folder / "poses.csv"), truth(options.folder / "truth_frames.csv");
   auto record = TruthRecorder::Create(options.folder / "truth.lcm", world,

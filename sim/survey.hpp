@@ -7,14 +7,14 @@
 #include "core/expected.hpp"
 #include "sim/rendered_pictures.hpp"
 #include "sim/site_world.hpp"
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera_choice.hpp"
 
 namespace kawara::sim {
 
 /// A drive rendered to a folder, for work without time.
 struct SurveyOptions {
   std::filesystem::path folder;
-  vision::DoughnutParameters doughnut;
+  vision::CameraChoice optics;
   RenderedCameraOptions camera;
   double every_m = 0.5;              ///< between exposures, along the way
   double start_s = 0.0;              ///< of the mission
@@ -37,7 +37,7 @@ struct SurveySummary {
 ///                       the noise's standard deviations
 ///   truth_frames.csv    the same without noise
 ///   truth.lcm           objects, poses and exposures (see TruthRecorder)
-///   camera.yaml         the optics
+///   camera.yaml         the optics (vision/camera_choice.hpp)
 /// and the files of WriteWorldTruth. Prints a line every few seconds. `stop` ends it after the
 /// frame it is at; what is written is whole. Errors: kIo.
 core::Expected<SurveySummary> RenderSurvey(const SiteWorld& world, const SurveyOptions& options,

@@ -38,8 +38,8 @@ std::vector<TriggeredCamera::Frame> TriggeredCamera::OnTrigger(std::uint32_t seq
   last_trigger_ = pulse;
   prepared_ = false;
   // A camera's own electronics cost the robot's computer nothing: the next picture is drawn when
-  // the robot has most likely done with this one.
-  prepare_at_ = pulse + (period_ < kLongestPeriod ? period_ / 2 : core::Duration{});
+  // the robot has had some time for this one, and early enough to be ready.
+  prepare_at_ = pulse + (period_ < kLongestPeriod ? period_ / 4 : core::Duration{});
 
   const double delay_s = options_.exposure_delay_s + options_.exposure_jitter_s * dice_.Normal();
   const core::MonoTime start = pulse + core::DurationFromSeconds(std::max(delay_s, 0.0));

@@ -70,6 +70,8 @@ class TriggeredCamera {
   void Prepare(core::MonoTime now);
 
   const Counters& counters() const { return counters_; }
+  /// Exposures whose picture had to be made after the trigger (PictureSource).
+  std::uint64_t made_late() const { return pictures_->made_late(); }
 
  private:
   const SimClock& clock_;

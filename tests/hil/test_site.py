@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -13,7 +14,7 @@ import unittest
 from processes import BIN, SOURCE, Processes, run, wait_for
 
 SITE = SOURCE / "configs/sites/warehouse_yard.yaml"
-SMALL = ("--doughnut-px", "256", "--samples", "1", "--light-cell", "5")
+SMALL = ("--samples", "1", "--light-cell", "5")
 
 
 def rows(path):
@@ -31,6 +32,9 @@ class Folder(unittest.TestCase):
 
 class SurveyTest(Folder):
     def render(self, name, *more):
+        return self.render_with(name, "--doughnut-px", "256", *more)
+
+    def render_with(self, name, *more):
         done = run("kawara-sim", "--render", self.folder / name, "--site", SITE, "--start", "20", "--duration", "2",
                    "--every", "1", *SMALL, *more, timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -63,11 +67,22 @@ class SurveyTest(Folder):
         self.assertEqual(figures()["false"]["value"], 0)
         self.assertGreater(figures()["overlap (IoU)"]["mean"], 0.999)
 
+    def test_the_camera_file_of_a_survey_makes_the_same_survey(self):
+        sphere = self.folder / "sphere.yaml"
+        sphere.write_text("camera: equirectangular\nequirectangular: {width_px: 300, height_px: 100}\n")
+        first = self.render_with("a", "--camera", sphere)
+        second = self.render_with("b", "--camera", first / "camera.yaml")
+        frames = sorted((first / "frames").iterdir())
+        self.assertGreaterEqual(len(frames), 2)
+        for path in frames:
+            self.assertEqual(path.read_bytes(), (second / "frames" / path.name).read_bytes(), path.name)
+
     def test_mistakes_are_said_in_one_line(self):
         cases = [
             (["--render", self.folder / "x", "--site", "nowhere.yaml"], "nowhere.yaml"),
             (["--render", self.folder / "x", "--robot", SITE], "warehouse_yard.yaml:"),
             (["--render", "/proc/x", "--site", SITE], "/proc/x"),
+            (["--render", self.folder / "x", "--camera", SITE], "warehouse_yard.yaml:"),
             (["site"], "--run-dir is required"),
             ([], "drive, site, radio, fault or --render"),
         ]
@@ -116,6 +131,39 @@ class LiveTest(Folder):
         self.assertEqual(done.returncode, 0, done.stderr)
         times = [int(r["gps_ns"]) for r in rows(self.folder / "gnss.csv")]
         self.assertGreater(max(b - a for a, b in zip(times, times[1:])), 5e9, "fixes of both runs, far apart")
+
+
+class StitchedCameraTest(Folder):
+    """The robot with a 360 camera that stitches by itself: its pictures go through the whole chain as they are."""
+
+    def test_an_equirectangular_picture_reaches_the_store(self):
+        camera, ports = self.folder / "camera.yaml", self.folder / "ports"
+        camera.write_text("camera: equirectangular\nequirectangular: {width_px: 512, height_px: 200, top_px: 30}\n")
+        url = "udpm://239.255.76.67:7668?ttl=0"
+        with Processes(self.folder / "output") as chain:
+            chain.start("station", "kawara-station", "--config", SOURCE / "configs/station.yaml", "--lcm-url", url,
+                        "--store", self.folder / "live/mission.gpkg")
+            chain.start("sim", "kawara-sim", "site", "--run-dir", ports, "--site", SITE, "--light-cell", "5", "--camera", camera,
+                        "--duration", "25")
+            wait_for(lambda: (ports / "ready").exists(), 300, "the simulator's ports")
+            chain.start("onboard", "kawara-onboard", "--config", SOURCE / "configs/survey_robot.yaml",
+                        "--set", f"gps.device={ports}/gps", "--set", f"ahrs.device={ports}/ahrs",
+                        "--set", f"camera.path={ports}/camera.sock", "--set", f"record.folder={self.folder}/log",
+                        "--set", "picture.camera=equirectangular", "--set", "record.disk_reserve_mb=1", "--set", f"lcm_url={url}")
+            chain.wait("sim", 120)
+            time.sleep(2)
+            self.assertEqual(chain.stop("onboard"), 0, chain.output("onboard"))
+            self.assertEqual(chain.stop("station"), 0, chain.output("station"))
+            self.assertIn("drawn late", chain.output("sim"))
+        pictures = [p.read_bytes() for p in (self.folder / "live").rglob("*.jpg")]
+        self.assertGreater(len(pictures), 5)
+        for jpeg in pictures:
+            tag = lambda name: int(re.search(rb'GPano:%s[>="]+(\d+)' % name, jpeg).group(1))
+            width = tag(b"CroppedAreaImageWidthPixels")
+            self.assertIn(width, (512, 256), "full picture or preview")
+            self.assertEqual(tag(b"FullPanoHeightPixels"), width // 2)
+            self.assertEqual(tag(b"CroppedAreaTopPixels"), 30 * width // 512)
+        self.assertTrue(any(b"CroppedAreaImageHeightPixels" in jpeg for jpeg in pictures))
 
 
 if __name__ == "__main__":

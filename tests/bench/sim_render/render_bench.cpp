@@ -81,7 +81,9 @@ void BM_LaserSweep(benchmark::State& state) {
   Args({1, 3, 0})                           \
       ->Args({2, 1, 0})                     \
       ->Args({2, 3, 0})                     \
+      ->Args({1, 3, 1})                     \
       ->Args({2, 3, 1})                     \
+      ->Args({4, 3, 1})                     \
       ->Args({2, 5, 0})                     \
       ->ArgNames({"Mpx", "rays", "moving"}) \
       ->Unit(benchmark::kMillisecond)       \

@@ -1,6 +1,7 @@
 #include "sim/render/surface_pattern.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <cmath>
 #include <string>
@@ -126,6 +127,44 @@ TEST(SurfacePattern, SeedsMakeDifferentSurfacesAndTheSameSeedTheSame) {
     EXPECT_EQ(same, 0.0) << name;
     EXPECT_GT(other, 0.0) << name;
   }
+}
+
+// Pictures must not depend on the machine, nor on which pixels are computed together.
+TEST(SurfacePattern, EverySimdTargetAndEveryLaneGivesTheSameBits) {
+  const auto sample = [](std::size_t count) {
+    std::vector<float> values;
+    for (const auto& [pattern, name] : kAll) {
+      Dice dice(4);
+      for (std::size_t first = 0; first < 96; first += count) {
+        SurfacePoints points;
+        for (std::size_t i = 0; i < count; ++i) {
+          points.u_m[i] = static_cast<float>(40.0 * dice.Uniform() - 20.0);
+          points.v_m[i] = static_cast<float>(40.0 * dice.Uniform() - 20.0);
+          points.footprint_u_m[i] = static_cast<float>(std::pow(10.0, -3.0 + 3.0 * dice.Uniform()));
+          points.footprint_v_m[i] = 0.7F * points.footprint_u_m[i];
+        }
+        SurfaceColours colours;
+        ColoursOf(Of(pattern), points, count, colours);
+        for (std::size_t i = 0; i < count; ++i) {
+          values.insert(values.end(), {colours.red[i], colours.blue[i], colours.slope_u[i],
+                                       colours.slope_v[i], colours.gloss[i]});
+        }
+      }
+    }
+    return values;
+  };
+  const std::vector<float> best = sample(16);
+  for (const std::size_t count : {1U, 3U, 8U}) EXPECT_EQ(sample(count), best) << count;
+  int targets = 0;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    EXPECT_EQ(sample(16), best) << hwy::TargetName(target);
+    ++targets;
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  EXPECT_GT(targets, 0);
 }
 
 TEST(SurfacePattern, BrickCoursesRepeatAtTheirHeight) {
