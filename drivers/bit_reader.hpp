@@ -23,9 +23,9 @@ class BitReader {
     while (bits > 0) {
       const unsigned in_byte = 8U - static_cast<unsigned>(position_ % 8U);
       const unsigned take = bits < in_byte ? bits : in_byte;
-      const unsigned byte = bytes_[position_ / 8];
-      const unsigned part = (byte >> (in_byte - take)) & ((1U << take) - 1U);
-      value = (value << take) | part;
+      const std::uint64_t byte = bytes_[position_ / 8];
+      const std::uint64_t mask = (std::uint64_t{1} << take) - 1;
+      value = (value << take) | ((byte >> (in_byte - take)) & mask);
       position_ += take;
       bits -= take;
     }

@@ -21,8 +21,8 @@ struct RadioOptions {
   /// (1960): a chain of a good state that loses nothing and a bad one that loses everything.
   double burst_loss = 0.0;
   double burst_length = 20.0;
-  std::size_t queue_bytes = 256 * 1024;  ///< waits before a slow air; what comes then is dropped
-  std::size_t mtu_bytes = 1500;          ///< of an IP packet
+  std::size_t queue_bytes = 262'144;  ///< waits before a slow air; what comes then is dropped
+  std::size_t mtu_bytes = 1500;       ///< of an IP packet
 };
 
 /// What is wrong with the radio at the moment, over and above its options.
