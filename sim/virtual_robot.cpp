@@ -13,7 +13,8 @@
 namespace kawara::sim {
 namespace {
 
-/// A SCHED_FIFO loop and threads of normal priority on an idle machine, as measured.
+/// What a robot computer's scheduler and picture worker are taken to need: orders of magnitude of a
+/// SCHED_FIFO loop and of threads of normal priority on an idle machine, not a measurement of one.
 constexpr double kLoopWake_s = 30e-6, kLoopWakeMean_s = 20e-6;
 constexpr double kThreadWake_s = 60e-6, kThreadWakeMean_s = 60e-6;
 constexpr double kFrameBytesPerSecond = 500e6;
