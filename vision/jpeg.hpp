@@ -6,6 +6,7 @@
 
 #include "core/expected.hpp"
 #include "vision/image.hpp"
+#include "vision/yuv420.hpp"
 
 namespace kawara::vision {
 
@@ -20,8 +21,8 @@ struct JpegOptions {
   bool progressive = false;
 };
 
-/// RGB8 to JPEG, YCbCr 4:2:0 (libjpeg-turbo). The output buffer and the compressor are kept:
-/// pictures not larger than an earlier one allocate no new output memory. One thread.
+/// RGB8 or YCbCr 4:2:0 to JPEG, YCbCr 4:2:0 (libjpeg-turbo). The output buffer and the compressor
+/// are kept: pictures not larger than an earlier one allocate no new output memory. One thread.
 class JpegEncoder {
  public:
   JpegEncoder();
@@ -33,6 +34,10 @@ class JpegEncoder {
   /// picture.
   core::Expected<std::span<const std::uint8_t>> Encode(const ConstImageView& picture,
                                                        const JpegOptions& options);
+  /// The same from planes, without colour conversion. Fills their margin, which the last blocks
+  /// take in.
+  core::Expected<std::span<const std::uint8_t>> EncodeYuv420(const Yuv420View& picture,
+                                                             const JpegOptions& options);
   std::size_t buffer_bytes() const;
 
  private:
@@ -53,9 +58,9 @@ struct JpegDecodeOptions {
   std::int64_t max_pixels = kMaxJpegPixels;
 };
 
-/// JPEG (baseline or progressive; grey or colour) to RGB8. Pixel memory is kept between calls and
-/// only grows. Never crashes on what it is given: truncated, corrupt or absurd files are kFormat.
-/// One thread.
+/// JPEG (baseline or progressive; grey or colour) to RGB8 or YCbCr 4:2:0. Pixel memory is kept
+/// between calls and only grows. Never crashes on what it is given: truncated, corrupt or absurd
+/// files are kFormat. One thread.
 class JpegDecoder {
  public:
   JpegDecoder();
@@ -69,6 +74,11 @@ class JpegDecoder {
   /// The pixels live in the decoder until the next call.
   core::Expected<ConstImageView> Decode(std::span<const std::uint8_t> jpeg,
                                         const JpegDecodeOptions& options = {});
+  /// The whole picture (scale_eighths is not looked at) as planes. A YCbCr 4:2:0 file's samples
+  /// come as they are; any other goes through RGB. Errors and lifetime as with Decode. The margin
+  /// continues the picture.
+  core::Expected<ConstYuv420View> DecodeYuv420(std::span<const std::uint8_t> jpeg,
+                                               const JpegDecodeOptions& options = {});
   /// Damage the last Decode met and accepted: libjpeg's count of warnings.
   long warnings() const;
   std::size_t buffer_bytes() const;

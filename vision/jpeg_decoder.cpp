@@ -16,6 +16,17 @@ constexpr int kMaxScans = 64;
 
 enum class Refusal { kNone, kLibjpeg, kTooLarge, kImplausible, kColours, kDamaged };
 
+constexpr int kMcuPx = 16;  // of 4:2:0: 16 rows of luma and 8 of each chroma come at a time
+
+bool IsYuv420(const jpeg_decompress_struct& info) {
+  const auto sampled = [&](int component, int h, int v) {
+    return info.comp_info[component].h_samp_factor == h &&
+           info.comp_info[component].v_samp_factor == v;
+  };
+  return info.jpeg_color_space == JCS_YCbCr && sampled(0, 2, 2) && sampled(1, 1, 1) &&
+         sampled(2, 1, 1);
+}
+
 }  // namespace
 
 struct JpegDecoder::Impl {
@@ -23,6 +34,7 @@ struct JpegDecoder::Impl {
   jpeg_progress_mgr progress;
   JpegError error;
   std::vector<std::uint8_t> pixels;
+  Yuv420Buffer planes;
   bool created = false;
   long warnings = 0;
 
@@ -32,6 +44,11 @@ struct JpegDecoder::Impl {
   Refusal Header(std::span<const std::uint8_t> jpeg, const JpegDecodeOptions& options,
                  JpegInfo* header);
   Refusal Pixels(const JpegDecodeOptions& options, ConstImageView* picture);
+  Refusal Planes(const JpegDecodeOptions& options, Yuv420View* picture);
+  Refusal RawPlanes(const JpegDecodeOptions& options, const Yuv420View& picture);
+  template <class View, class Read>
+  core::Expected<View> Run(std::span<const std::uint8_t> jpeg, const JpegDecodeOptions& options,
+                           const Read& read);
   core::Error Explain(Refusal refusal, const JpegInfo& header) const;
 };
 
@@ -90,6 +107,39 @@ Refusal JpegDecoder::Impl::Pixels(const JpegDecodeOptions& options, ConstImageVi
   return Refusal::kNone;
 }
 
+// The samples as the file has them: neither colour conversion nor chroma brought to full size.
+Refusal JpegDecoder::Impl::RawPlanes(const JpegDecodeOptions& options, const Yuv420View& picture) {
+  if (setjmp(error.back) != 0) return Refusal::kLibjpeg;
+  info.raw_data_out = TRUE;
+  jpeg_start_decompress(&info);
+  while (info.output_scanline < info.output_height) {
+    const int v = static_cast<int>(info.output_scanline);
+    JSAMPROW y[kMcuPx], cb[kMcuPx / 2], cr[kMcuPx / 2];
+    JSAMPARRAY components[3] = {y, cb, cr};
+    for (int i = 0; i < kMcuPx; ++i) y[i] = picture.y.row(v + i);
+    for (int i = 0; i < kMcuPx / 2; ++i) {
+      cb[i] = picture.cb.row(v / 2 + i);
+      cr[i] = picture.cr.row(v / 2 + i);
+    }
+    jpeg_read_raw_data(&info, components, kMcuPx);
+    if (error.base.num_warnings != 0 && !options.accept_damage) return Refusal::kDamaged;
+  }
+  jpeg_finish_decompress(&info);
+  if (error.base.num_warnings != 0 && !options.accept_damage) return Refusal::kDamaged;
+  return Refusal::kNone;
+}
+
+Refusal JpegDecoder::Impl::Planes(const JpegDecodeOptions& options, Yuv420View* picture) {
+  *picture = planes.View(static_cast<int>(info.image_width), static_cast<int>(info.image_height));
+  if (IsYuv420(info)) return RawPlanes(options, *picture);
+  JpegDecodeOptions whole = options;
+  whole.scale_eighths = 8;
+  ConstImageView rgb;
+  const Refusal refusal = Pixels(whole, &rgb);
+  if (refusal == Refusal::kNone) Yuv420FromRgb(rgb, *picture);
+  return refusal;
+}
+
 core::Error JpegDecoder::Impl::Explain(Refusal refusal, const JpegInfo& header) const {
   const std::string size =
       std::to_string(header.width_px) + " x " + std::to_string(header.height_px) + " px";
@@ -123,23 +173,37 @@ core::Expected<JpegInfo> JpegDecoder::ReadInfo(std::span<const std::uint8_t> jpe
   return header;
 }
 
-core::Expected<ConstImageView> JpegDecoder::Decode(std::span<const std::uint8_t> jpeg,
-                                                   const JpegDecodeOptions& options) {
+template <class View, class Read>
+core::Expected<View> JpegDecoder::Impl::Run(std::span<const std::uint8_t> jpeg,
+                                            const JpegDecodeOptions& options, const Read& read) {
   JpegInfo header;
-  ConstImageView picture;
-  Refusal refusal = impl_->Header(jpeg, options, &header);
-  if (refusal == Refusal::kNone) refusal = impl_->Pixels(options, &picture);
-  impl_->warnings = impl_->error.base.num_warnings;
+  View picture;
+  Refusal refusal = Header(jpeg, options, &header);
+  if (refusal == Refusal::kNone) refusal = read(&picture);
+  warnings = error.base.num_warnings;
   core::Error why;
-  if (refusal != Refusal::kNone)
-    why = impl_->Explain(refusal, header);  // before abort forgets the header
-  if (impl_->created) jpeg_abort_decompress(&impl_->info);
+  if (refusal != Refusal::kNone) why = Explain(refusal, header);  // before abort forgets the header
+  if (created) jpeg_abort_decompress(&info);
   if (refusal != Refusal::kNone) return tl::unexpected(std::move(why));
   return picture;
 }
 
+core::Expected<ConstImageView> JpegDecoder::Decode(std::span<const std::uint8_t> jpeg,
+                                                   const JpegDecodeOptions& options) {
+  return impl_->Run<ConstImageView>(
+      jpeg, options, [&](ConstImageView* picture) { return impl_->Pixels(options, picture); });
+}
+
+core::Expected<ConstYuv420View> JpegDecoder::DecodeYuv420(std::span<const std::uint8_t> jpeg,
+                                                          const JpegDecodeOptions& options) {
+  return impl_->Run<Yuv420View>(
+      jpeg, options, [&](Yuv420View* picture) { return impl_->Planes(options, picture); });
+}
+
 long JpegDecoder::warnings() const { return impl_->warnings; }
-std::size_t JpegDecoder::buffer_bytes() const { return impl_->pixels.capacity(); }
+std::size_t JpegDecoder::buffer_bytes() const {
+  return impl_->pixels.capacity() + impl_->planes.capacity_bytes();
+}
 
 int ScaleEighthsFor(int width_px, int wanted_px) {
   for (int eighths = 1; eighths < 8; ++eighths) {

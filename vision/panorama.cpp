@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "vision/half_scale_camera.hpp"
+
 namespace kawara::vision {
 namespace {
 
@@ -11,7 +13,7 @@ constexpr int kMaxSamplesPerAxis = 4;
 }  // namespace
 
 core::Expected<PanoramaUnwrapper> PanoramaUnwrapper::Create(
-    std::shared_ptr<const CameraModel> camera, const PanoramaConfig& config) {
+    std::shared_ptr<const CameraModel> camera, const PanoramaConfig& config, RemapFormat format) {
   using core::ErrorCode;
   if (config.width_px < 64 || config.width_px > kMaxWidthPx || config.width_px % 2 != 0) {
     return core::Fail(ErrorCode::kInvalidArgument,
@@ -34,15 +36,17 @@ core::Expected<PanoramaUnwrapper> PanoramaUnwrapper::Create(
   }
   auto target = EquirectangularCamera::Create(PanoramaGeometry::Band(config.width_px, elevations));
   if (!target) return tl::unexpected(target.error());
-  PanoramaUnwrapper unwrapper(std::move(camera), config, *target);
+  PanoramaUnwrapper unwrapper(std::move(camera), config, format, *target);
   if (auto built = unwrapper.BuildTable(); !built) return tl::unexpected(built.error());
   return unwrapper;
 }
 
 PanoramaUnwrapper::PanoramaUnwrapper(std::shared_ptr<const CameraModel> camera,
-                                     const PanoramaConfig& config, EquirectangularCamera target)
+                                     const PanoramaConfig& config, RemapFormat format,
+                                     EquirectangularCamera target)
     : camera_(std::move(camera)),
       config_(config),
+      format_(format),
       target_(std::move(target)),
       R_body_mount_(core::RotationNedFromBody({config.mount_roll_deg * core::kRadFromDeg,
                                                config.mount_pitch_deg * core::kRadFromDeg,
@@ -53,7 +57,10 @@ core::Expected<void> PanoramaUnwrapper::BuildTable() {
   const Eigen::Matrix3d R_mount_picture = R_body_mount_.transpose() * R_body_picture_;
   const Eigen::Matrix3d R_camera_target =
       BodyFromCamera().transpose() * R_mount_picture * BodyFromCamera();
-  return table_.Rebuild(*camera_, target_, R_camera_target, kMaxSamplesPerAxis);
+  auto built = table_.Rebuild(*camera_, target_, R_camera_target, kMaxSamplesPerAxis, format_);
+  if (!built || format_ != RemapFormat::kPlane) return built;
+  return chroma_table_.Rebuild(HalfScaleCamera(*camera_), HalfScaleCamera(target_), R_camera_target,
+                               kMaxSamplesPerAxis, format_);
 }
 
 core::Expected<void> PanoramaUnwrapper::SetAttitude(const core::Attitude& body) {
@@ -73,6 +80,12 @@ core::Attitude PanoramaUnwrapper::PictureAttitude(const core::Attitude& body) co
 
 void PanoramaUnwrapper::Unwrap(const ConstImageView& picture, const ImageView& panorama) const {
   table_.Apply(picture, panorama, config_.threads);
+}
+
+void PanoramaUnwrapper::Unwrap(const ConstYuv420View& picture, const Yuv420View& panorama) const {
+  table_.Apply(picture.y, panorama.y, kBlackLuma, config_.threads);
+  chroma_table_.Apply(picture.cb, panorama.cb, kBlackChroma, config_.threads);
+  chroma_table_.Apply(picture.cr, panorama.cr, kBlackChroma, config_.threads);
 }
 
 }  // namespace kawara::vision

@@ -57,10 +57,11 @@ class PanoramaUnwrapper {
  public:
   /// kInvalidArgument: odd or absurd width, empty crop.
   static core::Expected<PanoramaUnwrapper> Create(std::shared_ptr<const CameraModel> camera,
-                                                  const PanoramaConfig& config);
+                                                  const PanoramaConfig& config,
+                                                  RemapFormat format = RemapFormat::kRgb);
 
   const PanoramaGeometry& geometry() const { return target_.geometry(); }
-  const RemapTable& table() const { return table_; }
+  const RemapTable& table() const { return table_; }  ///< of RGB, or of luma
 
   /// Body attitude of the next picture. Does nothing unless `level` or `north_up` is on.
   core::Expected<void> SetAttitude(const core::Attitude& body);
@@ -70,20 +71,25 @@ class PanoramaUnwrapper {
   /// already turned.
   core::Attitude PictureAttitude(const core::Attitude& body) const;
 
-  /// `panorama` must have geometry()'s size and `picture` the camera's (CORE_CHECK).
+  /// For RemapFormat::kRgb. `panorama` must have geometry()'s size and `picture` the camera's
+  /// (CORE_CHECK).
   void Unwrap(const ConstImageView& picture, const ImageView& panorama) const;
+  /// For RemapFormat::kPlane, likewise. The panorama's margin stays as it is.
+  void Unwrap(const ConstYuv420View& picture, const Yuv420View& panorama) const;
 
  private:
   PanoramaUnwrapper(std::shared_ptr<const CameraModel> camera, const PanoramaConfig& config,
-                    EquirectangularCamera target);
+                    RemapFormat format, EquirectangularCamera target);
   core::Expected<void> BuildTable();
 
   std::shared_ptr<const CameraModel> camera_;
   PanoramaConfig config_;
+  RemapFormat format_;
   EquirectangularCamera target_;
   Eigen::Matrix3d R_body_mount_;    ///< the camera's body-like axes in the body
   Eigen::Matrix3d R_body_picture_;  ///< the panorama's forward-right-down axes in the body
   RemapTable table_;
+  RemapTable chroma_table_;  ///< kPlane: of both chroma planes
 };
 
 }  // namespace kawara::vision

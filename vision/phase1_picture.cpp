@@ -28,10 +28,6 @@ struct PixelBuffer {
   }
 };
 
-std::string SizeText(int width_px, int height_px) {
-  return std::to_string(width_px) + " x " + std::to_string(height_px) + " px";
-}
-
 // What a stitched picture shows: as its own GPano says; without, the full circle, centred on the
 // horizon.
 PanoramaGeometry PassThroughGeometry(std::span<const std::uint8_t> jpeg, int width_px,
@@ -60,24 +56,23 @@ struct Phase1Picture::Impl {
   Phase1PictureConfig config;
   bool pass_through = false;
   Eigen::Matrix3d R_body_mount = Eigen::Matrix3d::Identity();
-  core::Attitude attitude;
 
-  JpegDecoder decoder;
   JpegEncoder preview_encoder, full_encoder;  // each keeps its last picture
-  PixelBuffer panorama, reduced;
 
   // Doughnut.
-  int preview_eighths = 8;
+  FramePlanes frames;
+  int preview_reduction = 1;  // the preview is unwrapped from planes reduced by this
   std::optional<PanoramaUnwrapper> full_unwrapper, preview_unwrapper;
-  int preview_source_eighths = 0;  // what preview_unwrapper was made for
+  Yuv420Buffer reduced_ring, panorama;
 
   // Pass-through: tables for the two reductions, made when a size is seen first.
+  JpegDecoder decoder;
   RemapTable preview_table, full_table;
+  PixelBuffer reduced;
 
   core::Expected<void> SetUp();
-  core::Expected<void> MakePreviewUnwrapper(int eighths);
-  core::Expected<ConstImageView> Pixels(const SourceFrame& frame, int eighths);
-  core::Expected<ConstImageView> DoughnutPixels(const SourceFrame& frame, int eighths);
+  core::Expected<void> SetUpDoughnut();
+  core::Expected<ConstYuv420View> Ring(const SourceFrame& frame);
   core::Expected<EncodedPicture> Unwrapped(const SourceFrame& frame, bool preview);
   core::Expected<EncodedPicture> PassedThrough(const SourceFrame& frame, bool preview);
   core::Expected<ConstImageView> Reduce(const ConstImageView& picture, int width_px, bool preview);
@@ -117,77 +112,64 @@ core::Expected<void> Phase1Picture::Impl::SetUp() {
     }
     return {};
   }
-  auto camera = DoughnutCamera::Create(config.doughnut);
-  if (!camera) return tl::unexpected(camera.error());
-  auto full = PanoramaUnwrapper::Create(std::make_shared<DoughnutCamera>(*camera), config.panorama);
-  if (!full) return tl::unexpected(full.error());
-  full_unwrapper = std::move(*full);
-  // The preview is decoded no larger than it needs: the ring's pixels per turn of elevation against
-  // its width.
+  return SetUpDoughnut();
+}
+
+core::Expected<void> Phase1Picture::Impl::SetUpDoughnut() {
   const DoughnutParameters& d = config.doughnut;
+  const auto camera = DoughnutCamera::Create(d);
+  if (!camera) return tl::unexpected(camera.error());
+  // The ring's pixels per turn of elevation, against the preview's width: no larger than it needs.
   const double px_per_turn =
       360.0 * (d.l_out_px - d.l_in_px) / std::abs(d.phi_top_deg - d.phi_bottom_deg);
-  preview_eighths =
-      ScaleEighthsFor(static_cast<int>(std::min(px_per_turn, 1e6)), config.preview_width_px);
-  return MakePreviewUnwrapper(preview_eighths);
-}
+  while (preview_reduction < 8 && px_per_turn / (2 * preview_reduction) >= config.preview_width_px)
+    preview_reduction *= 2;
+  const auto small_camera = DoughnutCamera::Create(d.Scaled(8 / preview_reduction));
+  if (!small_camera) return tl::unexpected(small_camera.error());
 
-core::Expected<void> Phase1Picture::Impl::MakePreviewUnwrapper(int eighths) {
-  auto camera = DoughnutCamera::Create(config.doughnut.Scaled(eighths));
-  if (!camera) return tl::unexpected(camera.error());
+  auto full = PanoramaUnwrapper::Create(std::make_shared<DoughnutCamera>(*camera), config.panorama,
+                                        RemapFormat::kPlane);
+  if (!full) return tl::unexpected(full.error());
+  full_unwrapper = std::move(*full);
   PanoramaConfig small = config.panorama;
   small.width_px = config.preview_width_px;
-  auto unwrapper = PanoramaUnwrapper::Create(std::make_shared<DoughnutCamera>(*camera), small);
-  if (!unwrapper) return tl::unexpected(unwrapper.error());
-  preview_unwrapper = std::move(*unwrapper);
-  preview_source_eighths = eighths;
-  return preview_unwrapper->SetAttitude(attitude);
+  auto preview = PanoramaUnwrapper::Create(std::make_shared<DoughnutCamera>(*small_camera), small,
+                                           RemapFormat::kPlane);
+  if (!preview) return tl::unexpected(preview.error());
+  preview_unwrapper = std::move(*preview);
+  return {};
 }
 
-// The frame's pixels, reduced to eighths / 8 if it is a JPEG.
-core::Expected<ConstImageView> Phase1Picture::Impl::Pixels(const SourceFrame& frame, int eighths) {
-  if (frame.format == SourceFrame::Format::kJpeg) {
-    return decoder.Decode(frame.bytes, {.scale_eighths = eighths});
-  }
-  const ConstImageView picture{frame.bytes.data(), frame.width_px, frame.height_px};
-  if (picture.empty() || picture.size_bytes() != frame.bytes.size()) {
-    return Fail(ErrorCode::kFormat, "camera frame: " + std::to_string(frame.bytes.size()) +
-                                        " bytes are not " +
-                                        SizeText(frame.width_px, frame.height_px) + " of RGB");
-  }
-  return picture;
-}
-
-core::Expected<ConstImageView> Phase1Picture::Impl::DoughnutPixels(const SourceFrame& frame,
-                                                                   int eighths) {
-  auto picture = Pixels(frame, eighths);
-  if (!picture) return picture;
-  const DoughnutParameters expected = config.doughnut.Scaled(eighths);
-  if (picture->width_px != expected.width_px || picture->height_px != expected.height_px) {
+core::Expected<ConstYuv420View> Phase1Picture::Impl::Ring(const SourceFrame& frame) {
+  auto ring = frames.Of(frame);
+  if (ring && (ring->width_px() != config.doughnut.width_px ||
+               ring->height_px() != config.doughnut.height_px)) {
     return Fail(ErrorCode::kFormat,
-                "camera frame: " +
-                    SizeText(picture->width_px * 8 / eighths, picture->height_px * 8 / eighths) +
+                "camera frame: " + SizeText(ring->width_px(), ring->height_px()) +
                     ", but doughnut.width_px, height_px say " +
                     SizeText(config.doughnut.width_px, config.doughnut.height_px) +
                     ": set the camera's mode or calibrate for this one");
   }
-  return picture;
+  return ring;
 }
 
 core::Expected<EncodedPicture> Phase1Picture::Impl::Unwrapped(const SourceFrame& frame,
                                                               bool preview) {
-  const int eighths = preview && frame.format == SourceFrame::Format::kJpeg ? preview_eighths : 8;
-  if (preview && preview_source_eighths != eighths) {
-    if (auto made = MakePreviewUnwrapper(eighths); !made) return tl::unexpected(made.error());
+  auto ring = Ring(frame);
+  if (!ring) return tl::unexpected(ring.error());
+  if (preview && preview_reduction > 1) {
+    const Yuv420View small =
+        reduced_ring.View((ring->width_px() + preview_reduction - 1) / preview_reduction,
+                          (ring->height_px() + preview_reduction - 1) / preview_reduction);
+    ReduceYuv420(*ring, preview_reduction, small);
+    ring = small;
   }
-  auto picture = DoughnutPixels(frame, eighths);
-  if (!picture) return tl::unexpected(picture.error());
   const PanoramaUnwrapper& unwrapper = preview ? *preview_unwrapper : *full_unwrapper;
   const PanoramaGeometry& geometry = unwrapper.geometry();
-  const ImageView target = panorama.View(geometry.width_px, geometry.height_px);
-  unwrapper.Unwrap(*picture, target);
-  auto jpeg = preview ? preview_encoder.Encode(target, {.quality = config.preview_quality})
-                      : full_encoder.Encode(target, {config.quality, config.progressive});
+  const Yuv420View target = panorama.View(geometry.width_px, geometry.height_px);
+  unwrapper.Unwrap(*ring, target);
+  auto jpeg = preview ? preview_encoder.EncodeYuv420(target, {.quality = config.preview_quality})
+                      : full_encoder.EncodeYuv420(target, {config.quality, config.progressive});
   if (!jpeg) return tl::unexpected(jpeg.error());
   return EncodedPicture{*jpeg, geometry, {}};
 }
@@ -231,7 +213,9 @@ core::Expected<EncodedPicture> Phase1Picture::Impl::PassedThrough(const SourceFr
     return EncodedPicture{frame.bytes, geometry, {}};
   }
   const int wanted_px = limit_px == 0 ? width_px : std::min(limit_px, width_px);
-  auto picture = Pixels(frame, ScaleEighthsFor(width_px, wanted_px));
+  auto picture =
+      is_jpeg ? decoder.Decode(frame.bytes, {.scale_eighths = ScaleEighthsFor(width_px, wanted_px)})
+              : RgbPixels(frame);
   if (!picture) return tl::unexpected(picture.error());
   picture = Reduce(*picture, wanted_px, preview);
   if (!picture) return tl::unexpected(picture.error());
@@ -265,7 +249,6 @@ core::Expected<EncodedPicture> Phase1Picture::Full(const SourceFrame& frame) {
 }
 
 core::Expected<void> Phase1Picture::SetAttitude(const core::Attitude& body) {
-  impl_->attitude = body;
   if (impl_->pass_through) return {};
   if (auto turned = impl_->full_unwrapper->SetAttitude(body); !turned) return turned;
   return impl_->preview_unwrapper->SetAttitude(body);

@@ -7,8 +7,8 @@
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "vision/doughnut_camera.hpp"
-#include "vision/jpeg.hpp"
 #include "vision/panorama.hpp"
+#include "vision/source_frame.hpp"
 
 namespace kawara::vision {
 
@@ -44,15 +44,6 @@ struct Phase1PictureConfig {
   }
 };
 
-/// One exposure as the camera gave it (drivers::Frame without the driver).
-struct SourceFrame {
-  enum class Format { kJpeg, kRgb8 };
-  Format format = Format::kJpeg;
-  int width_px = 0;  ///< kRgb8 only
-  int height_px = 0;
-  std::span<const std::uint8_t> bytes;
-};
-
 /// A picture ready but for its metadata (InsertPanoramaMetadata, once the pose is known).
 struct EncodedPicture {
   /// Lives until the next call of the same method, and in pass-through not longer than the frame's
@@ -64,9 +55,13 @@ struct EncodedPicture {
 };
 
 /// The picture job of the 1st update: for one frame first Preview, then Full. Needs no pose (except
-/// levelling), so it can start while the pose is still being computed. Buffers are allocated by the
-/// first frame and kept. Pure function of configuration and frame (and attitude): the same bytes
-/// in, the same bytes out. One thread at a time.
+/// levelling), so it can start while the pose is still being computed. Pure function of
+/// configuration and frame (and attitude): the same bytes in, the same bytes out. Buffers are
+/// allocated by the first frame and kept. One thread at a time.
+///
+/// A doughnut stays in the YCbCr 4:2:0 that cameras write and panoramas are written in: its planes
+/// are decoded once, unwrapped each with its own table, and encoded. Other JPEGs and RGB frames are
+/// brought to that first.
 class Phase1Picture {
  public:
   /// kInvalidArgument names the key that is wrong.
@@ -75,8 +70,7 @@ class Phase1Picture {
   Phase1Picture(Phase1Picture&&) noexcept;
   Phase1Picture& operator=(Phase1Picture&&) noexcept;
 
-  /// Small picture, from a reduced decode of the frame. kFormat: the frame is damaged or not of the
-  /// camera's size.
+  /// Small picture. kFormat: the frame is damaged or not of the camera's size.
   core::Expected<EncodedPicture> Preview(const SourceFrame& frame);
   /// Full picture. Errors as above.
   core::Expected<EncodedPicture> Full(const SourceFrame& frame);

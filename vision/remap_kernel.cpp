@@ -82,16 +82,14 @@ HWY_INLINE std::uint64_t Load8Within(const RemapSource& source, std::size_t offs
   return Load8(source.data + last) >> (8 * (offset - last));
 }
 
-void Gather(const RemapSource& source, const RemapEntry* entries, std::size_t count, bool near_end,
+void Gather(const RemapSource& source, const RemapEntry* entries, std::size_t count, bool at_edge,
             Gathered& g) {
   const std::uint8_t* const upper = source.data;
   const std::uint8_t* const lower = source.data + source.stride_bytes;
-  if (!near_end) {
+  if (!at_edge) {
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t offset = entries[i].offset;
-      const bool inside = offset != RemapEntry::kOutside;
-      g.upper[i] = inside ? Load8(upper + offset) : 0;
-      g.lower[i] = inside ? Load8(lower + offset) : 0;
+      g.upper[i] = Load8(upper + entries[i].offset);
+      g.lower[i] = Load8(lower + entries[i].offset);
     }
     return;
   }
@@ -158,7 +156,7 @@ void Row(const RemapSource& source, const RemapTable::Run* runs, int run_count,
     const RemapEntry* sample = entries + run.first_entry;
     const auto share = hn::Set(d16, static_cast<std::uint16_t>(samples > 1 ? 65536 / samples : 0));
     for (std::size_t s = 0; s < samples; ++s, sample += count) {
-      Gather(source, sample, count, run.near_end, g);
+      Gather(source, sample, count, run.at_edge, g);
       const RemapEntry* weights = sample;
       if (count < kRun) {
         std::memcpy(static_cast<void*>(tail), sample, count * sizeof(RemapEntry));

@@ -16,7 +16,14 @@ namespace kawara::vision {
 namespace {
 
 constexpr double kFractionSteps = 65536.0;
-constexpr std::size_t kReadBytes = 8;  // the kernel reads two RGB pixels and two bytes more
+constexpr std::size_t kRgbReadBytes = 8;  // the kernel reads two RGB pixels and two bytes more
+
+constexpr int PixelBytes(RemapFormat format) { return format == RemapFormat::kRgb ? kRgbBytes : 1; }
+
+constexpr std::size_t StrideBytes(RemapFormat format, int width_px) {
+  return format == RemapFormat::kRgb ? static_cast<std::size_t>(width_px) * kRgbBytes
+                                     : PlaneStrideBytes(width_px);
+}
 
 std::optional<Eigen::Vector2d> SourcePixel(const CameraModel& source, const CameraModel& target,
                                            const Eigen::Matrix3d& R_source_target, double u,
@@ -52,19 +59,20 @@ struct Density {
 
 core::Expected<RemapTable> RemapTable::Build(const CameraModel& source, const CameraModel& target,
                                              const Eigen::Matrix3d& R_source_target,
-                                             int max_samples) {
+                                             int max_samples, RemapFormat format) {
   RemapTable table;
-  if (auto built = table.Rebuild(source, target, R_source_target, max_samples); !built) {
+  if (auto built = table.Rebuild(source, target, R_source_target, max_samples, format); !built) {
     return tl::unexpected(built.error());
   }
   return table;
 }
 
 core::Expected<void> RemapTable::Rebuild(const CameraModel& source, const CameraModel& target,
-                                         const Eigen::Matrix3d& R_source_target, int max_samples) {
-  const std::uint64_t source_bytes = std::uint64_t{kRgbBytes} *
-                                     static_cast<std::uint64_t>(source.width_px()) *
-                                     static_cast<std::uint64_t>(source.height_px());
+                                         const Eigen::Matrix3d& R_source_target, int max_samples,
+                                         RemapFormat format) {
+  const std::uint64_t source_bytes =
+      std::uint64_t{StrideBytes(format, std::max(0, source.width_px()))} *
+      static_cast<std::uint64_t>(std::max(0, source.height_px()));
   if (source.width_px() < 2 || source.height_px() < 2 || source_bytes >= RemapEntry::kOutside) {
     return core::Fail(core::ErrorCode::kInvalidArgument,
                       "remap table: source picture of " + std::to_string(source.width_px()) +
@@ -75,6 +83,7 @@ core::Expected<void> RemapTable::Rebuild(const CameraModel& source, const Camera
     return core::Fail(core::ErrorCode::kInvalidArgument,
                       "remap table: the target picture is empty");
   }
+  format_ = format;
   source_width_px_ = source.width_px();
   source_height_px_ = source.height_px();
   target_width_px_ = target.width_px();
@@ -135,7 +144,8 @@ void RemapTable::AddRun(const CameraModel& source, const CameraModel& target,
   run.samples_u = static_cast<std::uint8_t>(samples_u);
   run.samples_v = static_cast<std::uint8_t>(samples_v);
   run.pixels = static_cast<std::uint8_t>(pixels);
-  const std::size_t stride = static_cast<std::size_t>(source_width_px_) * kRgbBytes;
+  const std::size_t stride = StrideBytes(format_, source_width_px_);
+  const auto pixel_bytes = static_cast<std::size_t>(PixelBytes(format_));
   const std::size_t source_bytes = stride * static_cast<std::size_t>(source_height_px_);
   bool black = true;
   for (int sv = 0; sv < samples_v; ++sv) {
@@ -149,12 +159,14 @@ void RemapTable::AddRun(const CameraModel& source, const CameraModel& target,
         if (pixel && Split(pixel->x(), source_width_px_, &u0, &entry.weight_right) &&
             Split(pixel->y(), source_height_px_, &v0, &entry.weight_down)) {
           const std::size_t offset =
-              static_cast<std::size_t>(v0) * stride + static_cast<std::size_t>(u0) * kRgbBytes;
+              static_cast<std::size_t>(v0) * stride + static_cast<std::size_t>(u0) * pixel_bytes;
           entry.offset = static_cast<std::uint32_t>(offset);
-          run.near_end |= offset + stride + kReadBytes > source_bytes;
+          run.at_edge |=
+              format_ == RemapFormat::kRgb && offset + stride + kRgbReadBytes > source_bytes;
           black = false;
         } else {
           entry = RemapEntry{};
+          run.at_edge = true;
         }
         entries_.push_back(entry);
       }
@@ -167,32 +179,46 @@ void RemapTable::AddRun(const CameraModel& source, const CameraModel& target,
   runs_.push_back(run);
 }
 
-void RemapTable::ApplyBands(const ConstImageView& source, const ImageView& target, int first_band,
-                            int end_band) const {
-  const RemapSource pixels{source.data, source.stride_bytes(), source.size_bytes()};
-  for (int band = first_band; band < end_band; ++band) {
-    const int first_run = band * kBandRuns;
-    RemapBand(pixels, &run(first_run, 0), std::min(kBandRuns, runs_per_row_ - first_run),
-              target_height_px_, entries_.data(),
-              target.data + std::ptrdiff_t{first_run} * kRunPixels * kRgbBytes,
-              target.stride_bytes());
-  }
-}
-
-void RemapTable::Apply(const ConstImageView& source, const ImageView& target, int threads) const {
-  CORE_CHECK(source.width_px == source_width_px_ && source.height_px == source_height_px_);
-  CORE_CHECK(target.width_px == target_width_px_ && target.height_px == target_height_px_);
+template <class ApplyBand>
+void RemapTable::ForBands(int threads, const ApplyBand& apply_band) const {
   const int bands = (runs_per_row_ + kBandRuns - 1) / kBandRuns;
+  const auto apply = [&](int band, int end_band) {
+    for (; band < end_band; ++band) {
+      const int first_run = band * kBandRuns;
+      apply_band(first_run, std::min(kBandRuns, runs_per_row_ - first_run),
+                 std::ptrdiff_t{first_run} * kRunPixels * PixelBytes(format_));
+    }
+  };
   threads = std::min(threads, tbb::info::default_concurrency());
-  if (threads <= 1) {
-    ApplyBands(source, target, 0, bands);
-    return;
-  }
+  if (threads <= 1) return apply(0, bands);
   tbb::task_arena arena(threads);
   arena.execute([&] {
     tbb::parallel_for(tbb::blocked_range<int>(0, bands), [&](const tbb::blocked_range<int>& part) {
-      ApplyBands(source, target, part.begin(), part.end());
+      apply(part.begin(), part.end());
     });
+  });
+}
+
+void RemapTable::Apply(const ConstImageView& source, const ImageView& target, int threads) const {
+  CORE_CHECK(format_ == RemapFormat::kRgb);
+  CORE_CHECK(source.width_px == source_width_px_ && source.height_px == source_height_px_);
+  CORE_CHECK(target.width_px == target_width_px_ && target.height_px == target_height_px_);
+  const RemapSource pixels{source.data, source.stride_bytes(), source.size_bytes()};
+  ForBands(threads, [&](int first_run, int runs, std::ptrdiff_t left_bytes) {
+    RemapBand(pixels, &run(first_run, 0), runs, target_height_px_, entries_.data(),
+              target.data + left_bytes, target.stride_bytes());
+  });
+}
+
+void RemapTable::Apply(const ConstPlaneView& source, const PlaneView& target, std::uint8_t black,
+                       int threads) const {
+  CORE_CHECK(format_ == RemapFormat::kPlane);
+  CORE_CHECK(source.width_px == source_width_px_ && source.height_px == source_height_px_);
+  CORE_CHECK(target.width_px == target_width_px_ && target.height_px == target_height_px_);
+  const RemapSource samples{source.data, source.stride_bytes(), source.size_bytes()};
+  ForBands(threads, [&](int first_run, int runs, std::ptrdiff_t left_bytes) {
+    RemapPlaneBand(samples, black, &run(first_run, 0), runs, target_height_px_, entries_.data(),
+                   target.data + left_bytes, target.stride_bytes());
   });
 }
 

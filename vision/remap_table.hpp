@@ -7,8 +7,12 @@
 #include "core/expected.hpp"
 #include "vision/camera_model.hpp"
 #include "vision/image.hpp"
+#include "vision/yuv420.hpp"
 
 namespace kawara::vision {
+
+/// What a table's pictures are made of: packed RGB8 (image.hpp), or single planes (yuv420.hpp).
+enum class RemapFormat : std::uint8_t { kRgb, kPlane };
 
 /// Where one sample of a target pixel comes from: byte offset of the upper left of its four source
 /// pixels, and the bilinear weights of the right and the lower ones in 1/65536.
@@ -42,15 +46,21 @@ class RemapTable {
   /// kInvalidArgument: source smaller than 2 x 2 px or larger than 4 GB, empty target.
   static core::Expected<RemapTable> Build(const CameraModel& source, const CameraModel& target,
                                           const Eigen::Matrix3d& R_source_target,
-                                          int max_samples = 4);
+                                          int max_samples = 4,
+                                          RemapFormat format = RemapFormat::kRgb);
   /// The same into this object; keeps its memory when it suffices.
   core::Expected<void> Rebuild(const CameraModel& source, const CameraModel& target,
-                               const Eigen::Matrix3d& R_source_target, int max_samples = 4);
+                               const Eigen::Matrix3d& R_source_target, int max_samples = 4,
+                               RemapFormat format = RemapFormat::kRgb);
 
-  /// Fills `target` from `source`; sizes must be those of the cameras (CORE_CHECK). Parallel over
-  /// bands of columns if threads > 1 (oneTBB, no more than the machine has); with 1 it stays in the
-  /// calling thread and allocates nothing.
+  /// Fills `target` from `source`; format and sizes must be those the table was built for
+  /// (CORE_CHECK). Parallel over bands of columns if threads > 1 (oneTBB, no more than the machine
+  /// has); with 1 it stays in the calling thread and allocates nothing.
   void Apply(const ConstImageView& source, const ImageView& target, int threads = 1) const;
+  /// The same for one plane; `black` is what it holds where the source does not look (kBlackLuma,
+  /// kBlackChroma). The target's margin stays as it is.
+  void Apply(const ConstPlaneView& source, const PlaneView& target, std::uint8_t black,
+             int threads = 1) const;
 
   int source_width_px() const { return source_width_px_; }
   int source_height_px() const { return source_height_px_; }
@@ -67,7 +77,8 @@ class RemapTable {
     std::uint8_t samples_u = 0;     ///< 0: the whole run is black and has no entries
     std::uint8_t samples_v = 0;
     std::uint8_t pixels = 0;
-    bool near_end = false;  ///< an 8-byte read would pass the end of the source
+    /// Some samples are outside, or (RGB) an 8-byte read would pass the end of the source.
+    bool at_edge = false;
   };
   /// Run `number` (from the left) of row `row`. Runs are stored and worked on in bands of kBandRuns
   /// beside each other, from the top: a band of an unwrapped ring is a sector, whose pixels stay in
@@ -84,9 +95,10 @@ class RemapTable {
  private:
   void AddRun(const CameraModel& source, const CameraModel& target,
               const Eigen::Matrix3d& R_source_target, int max_samples, int first_column, int row);
-  void ApplyBands(const ConstImageView& source, const ImageView& target, int first_band,
-                  int end_band) const;
+  template <class ApplyBand>  // (number of the first run, runs a row, bytes to its first column)
+  void ForBands(int threads, const ApplyBand& apply_band) const;
 
+  RemapFormat format_ = RemapFormat::kRgb;
   int source_width_px_ = 0, source_height_px_ = 0;
   int target_width_px_ = 0, target_height_px_ = 0;
   int runs_per_row_ = 0;

@@ -224,6 +224,75 @@ TEST(RemapTable, ADenserSourceIsAveraged) {
   EXPECT_LT(sd, 30.0);  // picking single pixels gives 100, single bilinear samples 58
 }
 
+// One colour of an RGB picture as a plane in memory that ends with its last sample: the address
+// sanitizer sees one byte too many.
+struct ExactPlane {
+  ExactPlane(const TestImage& image, int colour)
+      : size(PlaneStrideBytes(image.width) * static_cast<std::size_t>(image.height - 1) +
+             static_cast<std::size_t>(image.width)),
+        bytes(new std::uint8_t[size]()),
+        view{bytes.get(), image.width, image.height} {
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u)
+        bytes[static_cast<std::size_t>(view.row(v) - view.data + u)] = image.at(u, v)[colour];
+    }
+  }
+  std::size_t size;
+  std::unique_ptr<std::uint8_t[]> bytes;
+  ConstPlaneView view;
+};
+
+// What holds for RGB (the tests above) so holds for planes.
+TEST(RemapTable, APlaneIsRemappedAsAColourOfRgbOnEverySimdTarget) {
+  for (const Remapping& s : Remappings()) {
+    const auto rgb_table = RemapTable::Build(*s.source, *s.target, s.R_source_target);
+    const auto table =
+        RemapTable::Build(*s.source, *s.target, s.R_source_target, 4, RemapFormat::kPlane);
+    ASSERT_TRUE(table);
+    const TestImage source = NoiseImage(s.source->width_px(), s.source->height_px(), 5);
+    TestImage expected(s.target->width_px(), s.target->height_px());
+    rgb_table->Apply(source.view(), expected.view());
+    for (std::int64_t simd : hwy::SupportedAndGeneratedTargets()) {
+      const OnlyTarget only(simd);
+      for (int colour = 0; colour < kRgbBytes; ++colour) {
+        const ExactPlane plane(source, colour), wanted(expected, colour);
+        ExactPlane target(expected, colour);
+        std::fill_n(target.bytes.get(), target.size, std::uint8_t{77});
+        for (int threads : {1, 3}) {
+          table->Apply(plane.view, {target.bytes.get(), expected.width, expected.height}, 0,
+                       threads);
+          for (int v = 0; v < expected.height; ++v) {
+            const std::uint8_t* const row = target.view.row(v);
+            ASSERT_TRUE(std::equal(row, row + expected.width, wanted.view.row(v)))
+                << s.name << ", row " << v << " on " << hwy::TargetName(simd);
+            if (v + 1 < expected.height) {
+              ASSERT_EQ(row[expected.width], 77) << s.name;  // margin
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+// Chroma's black is 128: a grey source must stay grey, at the rim and beyond.
+TEST(RemapTable, WhatAPlaneDoesNotSeeIsItsBlack) {
+  for (const Remapping& s : Remappings()) {
+    const auto table =
+        RemapTable::Build(*s.source, *s.target, s.R_source_target, 4, RemapFormat::kPlane);
+    TestImage grey(s.source->width_px(), s.source->height_px());
+    grey.Fill(kBlackChroma, 0, 0);
+    const ExactPlane source(grey, 0);
+    const TestImage empty(s.target->width_px(), s.target->height_px());
+    ExactPlane target(empty, 0);
+    table->Apply(source.view, {target.bytes.get(), empty.width, empty.height}, kBlackChroma);
+    for (int v = 0; v < empty.height; ++v) {
+      for (int u = 0; u < empty.width; ++u)
+        ASSERT_EQ(target.view.row(v)[u], kBlackChroma) << s.name << " at " << u << ", " << v;
+    }
+  }
+}
+
 TEST(RemapTable, PanoramaToRingAndBackKeepsThePicture) {
   const DoughnutCamera ring = *DoughnutCamera::Create(TestDoughnut(1024));
   const EquirectangularCamera band = *EquirectangularCamera::Create(
