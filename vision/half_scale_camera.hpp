@@ -1,13 +1,12 @@
 #pragma once
-#include <algorithm>
-
 #include "vision/camera_model.hpp"
 
 namespace kawara::vision {
 
 /// The same camera with pixels twice as wide and high, corner on corner: the camera of the chroma
-/// planes of its 4:2:0 pictures (yuv420.hpp). Of an odd size the last pixels stick out by half; the
-/// part that sticks out looks where the picture ends. Refers to `full`, which must outlive it.
+/// planes of its 4:2:0 pictures (yuv420.hpp). Of an odd size the last pixels stand for one pixel of
+/// `full` instead of two (what JPEG encoders do, repeating it). Refers to `full`, which must
+/// outlive it.
 class HalfScaleCamera final : public CameraModel {
  public:
   explicit HalfScaleCamera(const CameraModel& full) : full_(full) {}
@@ -22,14 +21,20 @@ class HalfScaleCamera final : public CameraModel {
   }
 
   std::optional<Eigen::Vector3d> Unproject(const Eigen::Vector2d& pixel_px) const override {
-    const Eigen::Array2d corner_px = 2.0 * (pixel_px.array() + 0.5);  // from the picture's corner
-    const Eigen::Array2d size_px(full_.width_px(), full_.height_px());
-    return full_.Unproject((corner_px.min(size_px) - 0.5).matrix());
+    return full_.Unproject(
+        {FullPixel(pixel_px.x(), full_.width_px()), FullPixel(pixel_px.y(), full_.height_px())});
   }
 
   ElevationRange Elevations() const override { return full_.Elevations(); }
 
  private:
+  static double FullPixel(double half_px, int full_size_px) {
+    const double from_corner_px = 2.0 * (half_px + 0.5);
+    const int last_px = full_size_px - 1;
+    const bool half_is_beyond = full_size_px % 2 == 1 && from_corner_px > last_px;
+    return (half_is_beyond ? (from_corner_px + last_px) / 2.0 : from_corner_px) - 0.5;
+  }
+
   const CameraModel& full_;
 };
 

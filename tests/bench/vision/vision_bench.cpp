@@ -52,11 +52,19 @@ std::vector<std::uint8_t> RingPicture(int size_px) {
   return pixels;
 }
 
-PanoramaUnwrapper MakeUnwrapper(int size_px) {
+// What the camera delivers.
+std::vector<std::uint8_t> RingFrame(int size_px) {
+  const auto ring = RingPicture(size_px);
+  JpegEncoder encoder;
+  const auto jpeg = *encoder.Encode({ring.data(), size_px, size_px}, {.quality = 90});
+  return {jpeg.begin(), jpeg.end()};
+}
+
+PanoramaUnwrapper MakeUnwrapper(int size_px, RemapFormat format = RemapFormat::kRgb) {
   PanoramaConfig config;
   config.width_px = kPanoramaWidthPx;
   return *PanoramaUnwrapper::Create(
-      std::make_shared<DoughnutCamera>(*DoughnutCamera::Create(Ring(size_px))), config);
+      std::make_shared<DoughnutCamera>(*DoughnutCamera::Create(Ring(size_px))), config, format);
 }
 
 void CountPixels(benchmark::State& state, const PanoramaGeometry& g) {
@@ -78,6 +86,22 @@ void BM_Unwrap(benchmark::State& state) {
   state.counters["samples/px"] = unwrapper.table().mean_samples();
 }
 BENCHMARK(BM_Unwrap)->Arg(1024)->Arg(2048)->Unit(benchmark::kMillisecond);
+
+void BM_UnwrapPlanes(benchmark::State& state) {
+  const int size_px = static_cast<int>(state.range(0));
+  const PanoramaUnwrapper unwrapper = MakeUnwrapper(size_px, RemapFormat::kPlane);
+  const auto ring = RingPicture(size_px);
+  const PanoramaGeometry g = unwrapper.geometry();
+  Yuv420Buffer source, target;
+  const Yuv420View planes = source.View(size_px, size_px);
+  Yuv420FromRgb({ring.data(), size_px, size_px}, planes);
+  for (auto _ : state) {
+    unwrapper.Unwrap(planes, target.View(g.width_px, g.height_px));
+    benchmark::ClobberMemory();
+  }
+  CountPixels(state, g);
+}
+BENCHMARK(BM_UnwrapPlanes)->Arg(1024)->Arg(2048)->Unit(benchmark::kMillisecond);
 
 // One bilinear sample a pixel, single thread: the same work as BM_Unwrap/1024; at 2048 OpenCV does
 // less (it aliases).
@@ -144,21 +168,62 @@ void BM_InsertMetadata(benchmark::State& state) {
 }
 BENCHMARK(BM_InsertMetadata)->Unit(benchmark::kMicrosecond);
 
-// The whole 1st update picture from the camera's JPEG: 0 preview, 1 full.
+// One frame's picture job, camera's JPEG to preview and full panorama; `preview` alone says when
+// the first of them is there. Two frames take turns: none is known from the round before.
 void BM_Phase1Picture(benchmark::State& state) {
+  const int size_px = static_cast<int>(state.range(0));
+  const bool full = state.range(1) != 0;
   Phase1PictureConfig config;
-  config.doughnut = Ring(1024);
+  config.doughnut = Ring(size_px);
   config.panorama.width_px = kPanoramaWidthPx;
   auto job = Phase1Picture::Create(config);
-  const auto ring = RingPicture(1024);
-  JpegEncoder encoder;
-  const auto frame = *encoder.Encode({ring.data(), 1024, 1024}, {.quality = 92});
-  const SourceFrame source{SourceFrame::Format::kJpeg, 0, 0, frame};
+  const auto one = RingFrame(size_px);
+  auto other = one;
+  other.push_back(0);
+  const SourceFrame frames[] = {{.bytes = one}, {.bytes = other}};
+  int turn = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(state.range(0) == 0 ? job->Preview(source) : job->Full(source));
+    const SourceFrame& frame = frames[turn++ % 2];
+    benchmark::DoNotOptimize(job->Preview(frame));
+    if (full) benchmark::DoNotOptimize(job->Full(frame));
   }
 }
-BENCHMARK(BM_Phase1Picture)->ArgName("full")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Phase1Picture)
+    ->ArgNames({"ring", "full"})
+    ->ArgsProduct({{1024, 2048}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+// The same two pictures by way of RGB: reduced decoding for the preview, whole for the full one.
+void BM_Phase1PictureByRgb(benchmark::State& state) {
+  const int size_px = static_cast<int>(state.range(0));
+  const bool full = state.range(1) != 0;
+  const int eighths = 2048 * 2 / size_px;
+  PanoramaConfig small;
+  small.width_px = 512;
+  const PanoramaUnwrapper preview = *PanoramaUnwrapper::Create(
+      std::make_shared<DoughnutCamera>(*DoughnutCamera::Create(Ring(size_px).Scaled(eighths))),
+      small);
+  const PanoramaUnwrapper unwrapper = MakeUnwrapper(size_px);
+  const auto frame = RingFrame(size_px);
+  JpegDecoder decoder;
+  JpegEncoder encoder;
+  std::vector<std::uint8_t> pixels;
+  const auto make = [&](const PanoramaUnwrapper& unwrap, int scale_eighths, int quality) {
+    const PanoramaGeometry& g = unwrap.geometry();
+    pixels.resize(static_cast<std::size_t>(g.width_px * g.height_px * 3));
+    const ImageView target{pixels.data(), g.width_px, g.height_px};
+    unwrap.Unwrap(*decoder.Decode(frame, {.scale_eighths = scale_eighths}), target);
+    benchmark::DoNotOptimize(encoder.Encode(target, {.quality = quality}));
+  };
+  for (auto _ : state) {
+    make(preview, eighths, 50);
+    if (full) make(unwrapper, 8, 85);
+  }
+}
+BENCHMARK(BM_Phase1PictureByRgb)
+    ->ArgNames({"ring", "full"})
+    ->ArgsProduct({{1024, 2048}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace kawara::vision

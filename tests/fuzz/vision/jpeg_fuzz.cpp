@@ -24,13 +24,11 @@ void Rgb(std::span<const std::uint8_t> jpeg, const JpegDecodeOptions& decode,
 void Planes(std::span<const std::uint8_t> jpeg, const JpegDecodeOptions& decode,
             const JpegOptions& encode) {
   static Yuv420Buffer buffer;
+  JpegDecodeOptions whole = decode;
+  whole.scale_eighths = 8;
+  const bool is_picture = decoder.Decode(jpeg, whole).has_value();
   const auto picture = decoder.DecodeYuv420(jpeg, decode);
-  if (decoder
-          .Decode(jpeg, {.scale_eighths = 8,
-                         .accept_damage = decode.accept_damage,
-                         .max_pixels = decode.max_pixels})
-          .has_value() != picture.has_value())
-    std::abort();  // damage is damage in both ways
+  if (picture.has_value() != is_picture) std::abort();  // damage is damage in both ways
   if (!picture) return;
   const int factor = 1 << (decode.scale_eighths % 4);
   const Yuv420View reduced = buffer.View((picture->width_px() + factor - 1) / factor,

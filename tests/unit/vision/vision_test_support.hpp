@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -9,6 +10,7 @@
 
 #include "vision/doughnut_camera.hpp"
 #include "vision/image.hpp"
+#include "vision/yuv420.hpp"
 
 namespace kawara::vision {
 
@@ -71,6 +73,25 @@ inline double Psnr(const ConstImageView& a, const ConstImageView& b) {
   }
   return 10.0 *
          std::log10(255.0 * 255.0 * static_cast<double>(a.size_bytes()) / std::max(sum, 1e-9));
+}
+
+inline double PlanePsnr(const ConstPlaneView& a, const ConstPlaneView& b) {
+  double sum = 0.0;
+  for (int v = 0; v < a.height_px; ++v) {
+    for (int u = 0; u < a.width_px; ++u) {
+      const double difference = static_cast<double>(a.row(v)[u]) - b.row(v)[u];
+      sum += difference * difference;
+    }
+  }
+  return 10.0 * std::log10(255.0 * 255.0 * a.width_px * a.height_px / std::max(sum, 1e-9));
+}
+
+inline double PlaneMean(const ConstPlaneView& plane) {
+  double sum = 0.0;
+  for (int v = 0; v < plane.height_px; ++v) {
+    for (int u = 0; u < plane.width_px; ++u) sum += plane.row(v)[u];
+  }
+  return sum / plane.width_px / plane.height_px;
 }
 
 /// 272 px/rad ring of 1024 x 1024 px, +30 to -50 deg, made larger or smaller.
