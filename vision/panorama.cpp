@@ -82,7 +82,8 @@ void PanoramaUnwrapper::Unwrap(const ConstImageView& picture, const ImageView& p
   table_.Apply(picture, panorama, config_.threads);
 }
 
-void PanoramaUnwrapper::Unwrap(const ConstYuv420View& picture, const Yuv420View& panorama) const {
+void PanoramaUnwrapper::UnwrapYuv420(const ConstYuv420View& picture,
+                                     const Yuv420View& panorama) const {
   table_.Apply(picture.y, panorama.y, kBlackLuma, config_.threads);
   chroma_table_.Apply(picture.cb, panorama.cb, kBlackChroma, config_.threads);
   chroma_table_.Apply(picture.cr, panorama.cr, kBlackChroma, config_.threads);

@@ -55,7 +55,8 @@ struct PanoramaConfig {
 /// same from the GPano tags for nothing, so both are off by default. One thread at a time.
 class PanoramaUnwrapper {
  public:
-  /// kInvalidArgument: odd or absurd width, empty crop.
+  /// `format` says which Unwrap it is for:
+  /// kRgb, or kPlane for UnwrapYuv420. kInvalidArgument: odd or absurd width, empty crop.
   static core::Expected<PanoramaUnwrapper> Create(std::shared_ptr<const CameraModel> camera,
                                                   const PanoramaConfig& config,
                                                   RemapFormat format = RemapFormat::kRgb);
@@ -75,7 +76,7 @@ class PanoramaUnwrapper {
   /// (CORE_CHECK).
   void Unwrap(const ConstImageView& picture, const ImageView& panorama) const;
   /// For RemapFormat::kPlane, likewise. The panorama's margin stays as it is.
-  void Unwrap(const ConstYuv420View& picture, const Yuv420View& panorama) const;
+  void UnwrapYuv420(const ConstYuv420View& picture, const Yuv420View& panorama) const;
 
  private:
   PanoramaUnwrapper(std::shared_ptr<const CameraModel> camera, const PanoramaConfig& config,

@@ -167,7 +167,7 @@ core::Expected<EncodedPicture> Phase1Picture::Impl::Unwrapped(const SourceFrame&
   const PanoramaUnwrapper& unwrapper = preview ? *preview_unwrapper : *full_unwrapper;
   const PanoramaGeometry& geometry = unwrapper.geometry();
   const Yuv420View target = panorama.View(geometry.width_px, geometry.height_px);
-  unwrapper.Unwrap(*ring, target);
+  unwrapper.UnwrapYuv420(*ring, target);
   auto jpeg = preview ? preview_encoder.EncodeYuv420(target, {.quality = config.preview_quality})
                       : full_encoder.EncodeYuv420(target, {config.quality, config.progressive});
   if (!jpeg) return tl::unexpected(jpeg.error());

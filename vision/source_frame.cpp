@@ -21,7 +21,8 @@ core::Expected<ConstImageView> RgbPixels(const SourceFrame& frame) {
 core::Expected<ConstYuv420View> FramePlanes::Of(const SourceFrame& frame) {
   const bool known = !planes_.empty() && frame.format == known_.format &&
                      frame.width_px == known_.width_px && frame.height_px == known_.height_px &&
-                     std::ranges::equal(frame.bytes, known_bytes_);
+                     std::equal(frame.bytes.begin(), frame.bytes.end(), known_bytes_.begin(),
+                                known_bytes_.end());  // by memcmp, unlike std::ranges::equal
   if (known) return planes_;
   planes_ = {};
   auto decoded = Decode(frame);

@@ -96,7 +96,7 @@ void BM_UnwrapPlanes(benchmark::State& state) {
   const Yuv420View planes = source.View(size_px, size_px);
   Yuv420FromRgb({ring.data(), size_px, size_px}, planes);
   for (auto _ : state) {
-    unwrapper.Unwrap(planes, target.View(g.width_px, g.height_px));
+    unwrapper.UnwrapYuv420(planes, target.View(g.width_px, g.height_px));
     benchmark::ClobberMemory();
   }
   CountPixels(state, g);
