@@ -50,13 +50,14 @@ struct PanoramaConfig {
 /// BODY FORWARD unless configured otherwise (EquirectangularCamera says how columns and rows run):
 /// left in the picture is left of the robot.
 ///
-/// The table is computed by Create (some 0.4 s of one core for 2 Mpx); Unwrap only follows it. With
-/// `level` or `north_up` SetAttitude computes it anew, which costs that time again: viewers do the
-/// same from the GPano tags for nothing, so both are off by default. One thread at a time.
+/// The table is computed by Create (some 0.4 s of one core for 2 Mpx, a quarter more for planes);
+/// Unwrap only follows it. With `level` or `north_up` SetAttitude computes it anew, which costs
+/// that time again: viewers do the same from the GPano tags for nothing, so both are off by
+/// default. One thread at a time.
 class PanoramaUnwrapper {
  public:
-  /// `format` says which Unwrap it is for:
-  /// kRgb, or kPlane for UnwrapYuv420. kInvalidArgument: odd or absurd width, empty crop.
+  /// `format`: kRgb for Unwrap, kPlane for UnwrapYuv420. kInvalidArgument: odd or absurd width,
+  /// empty crop.
   static core::Expected<PanoramaUnwrapper> Create(std::shared_ptr<const CameraModel> camera,
                                                   const PanoramaConfig& config,
                                                   RemapFormat format = RemapFormat::kRgb);
