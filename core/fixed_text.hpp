@@ -21,6 +21,7 @@ class FixedText {
   FixedText(const char* text) { Append(text); }       // NOLINT(google-explicit-constructor)
 
   FixedText& Append(std::string_view text) {
+    if (text.data() == nullptr) return *this;  // an empty view's, which memcpy must not be given
     const std::size_t n = std::min(text.size(), N - size_);
     std::memcpy(chars_.data() + size_, text.data(), n);
     size_ += n;
