@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "comms/lcm_schema.hpp"
+#include "core/check.hpp"
 
 namespace kawara::comms {
 namespace {
@@ -119,6 +120,7 @@ class LcmWalker {
   }
 
   static std::int64_t SignExtended(std::uint64_t bits, std::size_t bytes) {
+    CORE_CHECK(bytes >= 1 && bytes <= 8);
     const unsigned shift = 64U - 8U * static_cast<unsigned>(bytes);
     return static_cast<std::int64_t>(bits << shift) >> shift;
   }
