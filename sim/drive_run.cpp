@@ -4,8 +4,8 @@
 #include <ctime>
 #include <system_error>
 
-#include "sim/doughnut_pictures.hpp"
-#include "sim/folder_pictures.hpp"
+#include "sim/camera/doughnut_pictures.hpp"
+#include "sim/camera/folder_pictures.hpp"
 
 namespace kawara::sim {
 namespace {

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "core/expected.hpp"
-#include "sim/doughnut_geometry.hpp"
-#include "sim/instrument_run.hpp"
-#include "sim/virtual_run.hpp"
+#include "sim/camera/doughnut_geometry.hpp"
+#include "sim/run/instrument_run.hpp"
+#include "sim/virtual/virtual_run.hpp"
 
 namespace kawara::sim {
 

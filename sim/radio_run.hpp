@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "sim/fault_command.hpp"
-#include "sim/faults.hpp"
+#include "sim/faults/fault_command.hpp"
+#include "sim/faults/faults.hpp"
 #include "sim/radio/radio_relay.hpp"
 
 namespace kawara::sim {

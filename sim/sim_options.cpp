@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "sim/camera_file.hpp"
+#include "sim/camera/camera_file.hpp"
 #include "sim/render/light_cache.hpp"
 
 namespace kawara::sim {

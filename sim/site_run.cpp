@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "sim/render/range_scan.hpp"
-#include "sim/world_truth.hpp"
+#include "sim/world/world_truth.hpp"
 
 namespace kawara::sim {
 namespace {

@@ -3,11 +3,11 @@
 #include <optional>
 
 #include "core/expected.hpp"
-#include "sim/doughnut_geometry.hpp"
-#include "sim/instrument_run.hpp"
-#include "sim/rendered_pictures.hpp"
-#include "sim/site_world.hpp"
-#include "sim/virtual_run.hpp"
+#include "sim/camera/doughnut_geometry.hpp"
+#include "sim/run/instrument_run.hpp"
+#include "sim/virtual/virtual_run.hpp"
+#include "sim/world/rendered_pictures.hpp"
+#include "sim/world/site_world.hpp"
 #include "vision/camera_choice.hpp"
 
 namespace kawara::sim {

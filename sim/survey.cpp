@@ -6,11 +6,11 @@
 #include <memory>
 #include <vector>
 
-#include "sim/camera_file.hpp"
+#include "sim/camera/camera_file.hpp"
 #include "sim/dice.hpp"
 #include "sim/render/frame_files.hpp"
-#include "sim/truth_recorder.hpp"
-#include "sim/world_truth.hpp"
+#include "sim/run/truth_recorder.hpp"
+#include "sim/world/world_truth.hpp"
 
 namespace kawara::sim {
 namespace {

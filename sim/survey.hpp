@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "core/expected.hpp"
-#include "sim/rendered_pictures.hpp"
-#include "sim/site_world.hpp"
+#include "sim/world/rendered_pictures.hpp"
+#include "sim/world/site_world.hpp"
 #include "vision/camera_choice.hpp"
 
 namespace kawara::sim {

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "core/config/config.hpp"
-#include "sim/ahrs_trace.hpp"
-#include "sim/motion_track.hpp"
-#include "sim/site_world.hpp"
-#include "sim/virtual_run.hpp"
+#include "sim/motion/ahrs_trace.hpp"
+#include "sim/motion/motion_track.hpp"
+#include "sim/virtual/virtual_run.hpp"
+#include "sim/world/site_world.hpp"
 
 namespace kawara::sim {
 namespace {

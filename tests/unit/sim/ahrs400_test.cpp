@@ -1,4 +1,4 @@
-#include "sim/ahrs400.hpp"
+#include "sim/instruments/ahrs400.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drivers/ahrs400.hpp"
-#include "sim/motion_track.hpp"
+#include "sim/motion/motion_track.hpp"
 
 namespace kawara::sim {
 namespace {

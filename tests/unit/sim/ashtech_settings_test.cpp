@@ -1,4 +1,4 @@
-#include "sim/ashtech_settings.hpp"
+#include "sim/instruments/ashtech_settings.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/camera_file.hpp"
+#include "sim/camera/camera_file.hpp"
 
 #include <gtest/gtest.h>
 

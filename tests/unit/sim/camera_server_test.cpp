@@ -1,4 +1,4 @@
-#include "sim/camera_server.hpp"
+#include "sim/camera/camera_server.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "drivers/camera_socket_client.hpp"
-#include "sim/recording.hpp"
+#include "sim/motion/recording.hpp"
 
 namespace kawara::sim {
 namespace {

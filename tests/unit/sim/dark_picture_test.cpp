@@ -1,4 +1,4 @@
-#include "sim/dark_picture.hpp"
+#include "sim/camera/dark_picture.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/doughnut_pictures.hpp"
+#include "sim/camera/doughnut_pictures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "sim/caption.hpp"
-#include "sim/doughnut_geometry.hpp"
-#include "sim/folder_pictures.hpp"
+#include "sim/camera/caption.hpp"
+#include "sim/camera/doughnut_geometry.hpp"
+#include "sim/camera/folder_pictures.hpp"
 
 namespace kawara::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "sim/fault_command.hpp"
+#include "sim/faults/fault_command.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/fault_orders.hpp"
+#include "sim/faults/fault_orders.hpp"
 
 #include <gtest/gtest.h>
 

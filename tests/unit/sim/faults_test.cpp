@@ -1,4 +1,4 @@
-#include "sim/faults.hpp"
+#include "sim/faults/faults.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/gps_receiver.hpp"
+#include "sim/instruments/gps_receiver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "drivers/crc24q.hpp"
 #include "drivers/gnss_epoch.hpp"
 #include "drivers/gnss_stream.hpp"
-#include "sim/motion_track.hpp"
+#include "sim/motion/motion_track.hpp"
 
 namespace kawara::sim {
 namespace {

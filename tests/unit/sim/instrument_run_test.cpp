@@ -1,4 +1,4 @@
-#include "sim/instrument_run.hpp"
+#include "sim/run/instrument_run.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "drivers/sick.hpp"
-#include "sim/motion_track.hpp"
+#include "sim/motion/motion_track.hpp"
 #include "sim/vehicle/simulate_drive.hpp"
 
 namespace kawara::sim {

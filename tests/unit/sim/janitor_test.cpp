@@ -1,4 +1,4 @@
-#include "sim/janitor.hpp"
+#include "sim/ports/janitor.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-#include "sim/pty.hpp"
+#include "sim/ports/pty.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

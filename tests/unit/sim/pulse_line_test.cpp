@@ -1,4 +1,4 @@
-#include "sim/pulse_line.hpp"
+#include "sim/instruments/pulse_line.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/recording.hpp"
+#include "sim/motion/recording.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "sim/motion_track.hpp"
+#include "sim/motion/motion_track.hpp"
 
 namespace kawara::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "sim/serial_line.hpp"
+#include "sim/instruments/serial_line.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "sim/sick_scanner.hpp"
+#include "sim/instruments/sick_scanner.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/uart.hpp"
+#include "sim/instruments/uart.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/virtual_port.hpp"
+#include "sim/virtual/virtual_port.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/virtual_link.hpp"
+#include "sim/virtual/virtual_link.hpp"
 
 namespace kawara::sim {
 namespace {
