@@ -66,7 +66,7 @@ void StoreFeeder::Report(const core::Expected<void>& result) {
 core::Expected<void> StoreFeeder::Attempt(bool finish) {
   if (auto connected = Connect(); !connected) return connected;
   for (; handed_ < pending_.size(); ++handed_) {
-    const auto added = Add(*store_, pending_[handed_]);
+    auto added = Add(*store_, pending_[handed_]);
     if (added) continue;
     if (added.error().code != core::ErrorCode::kInvalidArgument) return added;
     ++refused_;  // the store checks again what the intake has checked
@@ -116,7 +116,7 @@ double StoreFeeder::LatencyQuantileS(double p) const {
   if (latencies_s_.empty()) return std::numeric_limits<double>::quiet_NaN();
   std::vector<double> sorted = latencies_s_;
   std::sort(sorted.begin(), sorted.end());
-  return sorted[static_cast<std::size_t>(p * static_cast<double>(sorted.size() - 1) + 0.5)];
+  return sorted[static_cast<std::size_t>(std::lround(p * static_cast<double>(sorted.size() - 1)))];
 }
 
 }  // namespace kawara::station

@@ -11,7 +11,7 @@
 namespace kawara::tools {
 namespace {
 
-constexpr std::size_t kBlockBytes = 256 * 1024;
+constexpr std::size_t kBlockBytes = 262'144;
 
 /// A line of a remark holds text: no control characters but tab and the carriage return at its end.
 bool IsText(std::span<const std::uint8_t> line) {
