@@ -182,10 +182,10 @@ void VirtualRobot::OnCameraPort(core::MonoTime now, bool there) {
 void VirtualRobot::OnPulse(core::MonoTime now, const drivers::PpsEdge& edge) {
   if (config_.gps.pps.device.empty()) return;
   edges_.Add();
-  const auto bytes = onboard::Pack(edge.sequence);
+  const auto packed = onboard::Pack(edge.sequence);
   Post(now + Latency(kThreadWake_s, kThreadWakeMean_s), {.kind = onboard::InputKind::kPulse,
                                                          .mono = edge.mono,
-                                                         .bytes = {bytes.begin(), bytes.end()},
+                                                         .bytes = {packed.begin(), packed.end()},
                                                          .frame = {}});
 }
 

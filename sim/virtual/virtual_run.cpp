@@ -58,6 +58,8 @@ class Coupling {
         clock_(clock),
         camera_options_(options.camera),
         instruments_(options, motion, clock, begin, Ports(motion), truth) {}
+  Coupling(const Coupling&) = delete;
+  Coupling& operator=(const Coupling&) = delete;
 
   core::Expected<void> Start(onboard::OnboardConfig config, std::uint64_t seed, Log& log,
                              std::unique_ptr<PictureSource> pictures, core::MonoTime now) {
