@@ -1,0 +1,333 @@
+#include "estimation/navigator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "estimation/filter_tape.hpp"
+#include "estimation/heading_bank.hpp"
+#include "estimation/levelling.hpp"
+#include "estimation/local_frame.hpp"
+#include "estimation/navigation_filter.hpp"
+#include "estimation/sample_gate.hpp"
+#include "estimation/timed_ring.hpp"
+
+namespace kawara::estimation {
+namespace {
+
+constexpr std::size_t kImuRing = 1024;  // 200 Hz for 5 s
+constexpr std::size_t kMeasurements = 1024;
+constexpr std::size_t kSolutions = 512;
+constexpr int kCheckpoints = 32;       // over max_lateness
+constexpr double kLongestGap = 2.0;    // s without samples: start anew
+constexpr double kOffsetKnown = 0.02;  // s
+constexpr double kOffsetStep = 0.005;  // s
+
+/// A place in time to go back to.
+struct Checkpoint {
+  NavigationFilter filter;
+  std::uint64_t next_sample = 0;
+  std::uint64_t solutions = 0;
+  std::uint64_t tape = 0;
+};
+
+bool Finite(const core::GnssFix& fix) {
+  const bool position =
+      !fix.has_position ||
+      (std::isfinite(fix.antenna.lat_rad) && std::isfinite(fix.antenna.lon_rad) &&
+       std::isfinite(fix.antenna.h_ellipsoidal_m) &&
+       std::abs(fix.antenna.lat_rad) <= core::kPi / 2.0 && fix.position_cov_enu_m2.allFinite() &&
+       fix.position_cov_enu_m2.diagonal().minCoeff() >= 0.0);
+  const bool velocity = !fix.has_velocity ||
+                        (fix.velocity_enu_mps.allFinite() && fix.velocity_sd_enu_mps.allFinite() &&
+                         fix.velocity_enu_mps.norm() < 1000.0);
+  return position && velocity && (!fix.has_heading || std::isfinite(fix.heading_rad));
+}
+
+}  // namespace
+
+class Navigator::Impl {
+ public:
+  explicit Impl(const NavigationConfig& config)
+      : config_(config),
+        spacing_(config.max_lateness / (kCheckpoints - 4)),
+        bank_(config_),
+        samples_(kImuRing),
+        solutions_(kSolutions) {
+    measurements_.reserve(kMeasurements);
+    checkpoints_.reserve(kCheckpoints);
+  }
+
+  bool AddImu(const ImuSample& raw) {
+    ImuSample sample = raw;
+    switch (gate_.Pass(sample, config_.imu, stats_)) {
+      case SampleGate::Result::kDrop:
+        return false;
+      case SampleGate::Result::kRestart:
+        Restart();
+        break;
+      case SampleGate::Result::kPass:
+        break;
+    }
+    if (samples_.end() > 0 && core::ToSeconds(sample.time - samples_.back().time) > kLongestGap) {
+      Restart();
+    }
+    ++stats_.imu_samples;
+    samples_.Push(sample);
+    Work();
+    return true;
+  }
+
+  template <class T>
+  void Add(core::GpsTime time, const T& data, bool gnss) {
+    NavMeasurement m;
+    m.shift_s = gnss ? shift_s_ : 0.0;
+    m.stamp = time - core::DurationFromSeconds(m.shift_s);
+    m.data = data;
+    const core::GpsTime newest = samples_.end() > 0 ? samples_.back().time : core::GpsTime{};
+    const bool late = samples_.end() > 0 && m.stamp <= newest;
+    if (late && newest - m.stamp > config_.max_lateness) {
+      ++stats_.too_late;
+      return;
+    }
+    const auto place = std::upper_bound(
+        measurements_.begin(), measurements_.end(), m,
+        [](const NavMeasurement& a, const NavMeasurement& b) { return Key(a) < Key(b); });
+    if (place != measurements_.begin() && Key(*(place - 1)) == Key(m)) {
+      ++stats_.repeated;
+      return;
+    }
+    if (measurements_.size() == kMeasurements) {
+      ++stats_.invalid;  // a flood from the future
+      return;
+    }
+    if (late) ++stats_.late_fused;
+    measurements_.insert(place, m);
+    if (late && filter_ && m.stamp <= filter_->state().stamp) GoBackBefore(m.stamp);
+    if (late) Work();
+  }
+
+  NavigationStats& own_stats() { return stats_; }
+  const NavigationStats& stats() {
+    if (filter_) {
+      combined_ = filter_->stats();
+      combined_.imu_samples = stats_.imu_samples;
+      combined_.imu_duplicates = stats_.imu_duplicates;
+      combined_.imu_backwards = stats_.imu_backwards;
+      combined_.imu_invalid = stats_.imu_invalid;
+      combined_.imu_spikes = stats_.imu_spikes;
+      combined_.imu_gaps = stats_.imu_gaps;
+      combined_.late_fused = stats_.late_fused;
+      combined_.too_late = stats_.too_late;
+      combined_.invalid = stats_.invalid;
+      combined_.repeated = stats_.repeated;
+      combined_.alignments = stats_.alignments;
+      return combined_;
+    }
+    return stats_;
+  }
+  const NavSolution& latest() const { return latest_; }
+  const NavigationFilter* filter() const { return filter_ ? &*filter_ : nullptr; }
+  void Record(FilterTape* tape) {
+    tape_ = tape;
+    if (filter_) filter_->SetTape(tape);
+    checkpoints_.clear();  // a tape begins here
+    if (filter_) Save();
+  }
+
+  std::optional<NavSolution> At(core::GpsTime t) const {
+    if (!filter_ || solutions_.end() == solutions_.begin()) return std::nullopt;
+    const std::uint64_t after = solutions_.UpperBound(t);
+    if (after == solutions_.begin()) return std::nullopt;
+    const NavSolution& before = solutions_[after - 1];
+    if (after < solutions_.end()) return Interpolated(before, solutions_[after], t);
+    constexpr double kAhead = 0.1;
+    if (core::ToSeconds(t - before.time) > kAhead) return std::nullopt;
+    return Interpolated(before, before, t);
+  }
+
+ private:
+  /// Ascending time; at the same instant fix, wheels, attitude.
+  static std::pair<core::GpsTime, std::size_t> Key(const NavMeasurement& m) {
+    return {m.stamp, m.data.index()};
+  }
+
+  void Restart() {
+    filter_.reset();
+    bank_.Stop();
+    levelling_ = {};
+    measurements_.clear();
+    checkpoints_.clear();
+    solutions_.Clear();
+    next_sample_ = samples_.end();
+    latest_ = {};
+    shift_s_ = 0.0;
+  }
+
+  void Save() {
+    if (checkpoints_.size() == kCheckpoints) {
+      std::rotate(checkpoints_.begin(), checkpoints_.begin() + 1, checkpoints_.end());
+      checkpoints_.pop_back();
+    }
+    checkpoints_.push_back(
+        {*filter_, next_sample_, solutions_.end(), tape_ != nullptr ? tape_->end() : 0});
+  }
+
+  void GoBackBefore(core::GpsTime stamp) {
+    auto place = checkpoints_.end();
+    while (place != checkpoints_.begin() && (place - 1)->filter.state().stamp >= stamp) --place;
+    if (place == checkpoints_.begin()) {
+      // Nothing that old: it was fused at alignment or lies before it.
+      std::erase_if(measurements_, [&](const NavMeasurement& m) { return m.stamp == stamp; });
+      ++stats_.too_late;
+      --stats_.late_fused;
+      return;
+    }
+    checkpoints_.erase(place, checkpoints_.end());
+    const Checkpoint& back = checkpoints_.back();
+    filter_ = back.filter;
+    next_sample_ = back.next_sample;
+    solutions_.Rewind(back.solutions);
+    if (tape_ != nullptr) tape_->Rewind(back.tape);
+  }
+
+  /// Everything up to the newest sample, or while aligning up to the oldest instant that a late
+  /// measurement may still have.
+  void Work() {
+    if (!filter_) Align();
+    if (filter_) Navigate();
+    ForgetOld();
+  }
+
+  void Navigate() {
+    auto next =
+        std::upper_bound(measurements_.begin(), measurements_.end(), filter_->state().stamp,
+                         [](core::GpsTime t, const NavMeasurement& m) { return t < m.stamp; });
+    while (next_sample_ < samples_.end()) {
+      const ImuSample& sample = samples_[next_sample_];
+      for (; next != measurements_.end() && next->stamp <= sample.time; ++next) {
+        filter_->Advance(sample, next->stamp);
+        filter_->Fuse(*next);
+      }
+      filter_->Advance(sample, sample.time);
+      filter_->FinishSample(sample);
+      filter_->WriteNode();
+      ++next_sample_;
+      solutions_.Push(filter_->Solution());
+      if (checkpoints_.empty() ||
+          sample.time - checkpoints_.back().filter.state().stamp >= spacing_) {
+        Save();
+      }
+    }
+    latest_ = solutions_.back();
+    if (filter_->lost()) {
+      Restart();
+      return;
+    }
+    const auto offset = filter_->time_offset();
+    if (config_.time_offset_sd_s > 0.0 && offset.sd_s < kOffsetKnown &&
+        std::abs(offset.value_s - shift_s_) > kOffsetStep) {
+      shift_s_ = offset.value_s;
+    }
+  }
+
+  void Align() {
+    auto next = measurements_.begin();
+    const core::GpsTime horizon = samples_.back().time - config_.max_lateness;
+    while (next_sample_ < samples_.end() && samples_[next_sample_].time <= horizon) {
+      const ImuSample& sample = samples_[next_sample_];
+      for (; next != measurements_.end() && next->stamp <= sample.time; ++next) {
+        if (bank_.running()) {
+          bank_.Advance(sample, next->stamp);
+          bank_.Fuse(*next);
+        } else if (const auto start = levelling_.Add(*next, config_)) {
+          bank_.Start(*start);
+        }
+      }
+      measurements_.erase(measurements_.begin(), next);
+      next = measurements_.begin();
+      if (bank_.running()) {
+        bank_.Advance(sample, sample.time);
+        bank_.FinishSample(sample);
+      } else {
+        levelling_.Add(sample);
+      }
+      ++next_sample_;
+      if (const NavigationFilter* winner = bank_.Winner()) {
+        filter_ = *winner;
+        filter_->SetHypothesis(false);
+        filter_->SetTape(tape_);
+        bank_.Stop();
+        ++stats_.alignments;
+        Save();
+        return;
+      }
+    }
+    if (bank_.running()) latest_ = bank_.Solution();
+  }
+
+  void ForgetOld() {
+    if (checkpoints_.empty()) return;
+    const core::GpsTime oldest = checkpoints_.front().filter.state().stamp;
+    auto keep = measurements_.begin();
+    while (keep != measurements_.end() && keep->stamp <= oldest) ++keep;
+    measurements_.erase(measurements_.begin(), keep);
+  }
+
+  const NavigationConfig config_;
+  const core::Duration spacing_;
+  SampleGate gate_;
+  Levelling levelling_;
+  HeadingBank bank_;
+  std::optional<NavigationFilter> filter_;
+  TimedRing<ImuSample> samples_;
+  TimedRing<NavSolution> solutions_;
+  std::vector<NavMeasurement> measurements_;  ///< by Key; those a checkpoint may need again
+  std::vector<Checkpoint> checkpoints_;       ///< ascending time
+  std::uint64_t next_sample_ = 0;
+  NavSolution latest_;
+  NavigationStats stats_;  ///< of what happens before the filter
+  NavigationStats combined_;
+  FilterTape* tape_ = nullptr;
+  double shift_s_ = 0.0;  ///< the time offset new fixes are placed with
+};
+
+Navigator::Navigator(const NavigationConfig& config) : impl_(std::make_unique<Impl>(config)) {}
+Navigator::~Navigator() = default;
+
+bool Navigator::AddImu(const ImuSample& sample) { return impl_->AddImu(sample); }
+
+void Navigator::AddFix(const core::GnssFix& fix) {
+  if (!fix.has_position && !fix.has_velocity && !fix.has_heading) return;
+  if (!fix.time.IsSet() || !Finite(fix)) {
+    ++impl_->own_stats().invalid;
+    return;
+  }
+  impl_->Add(fix.time, fix, true);
+}
+
+void Navigator::AddOdometry(const OdometrySample& sample) {
+  if (!std::isfinite(sample.speed_mps) || !std::isfinite(sample.turn_rate_radps)) {
+    ++impl_->own_stats().invalid;
+    return;
+  }
+  impl_->Add(sample.time, sample, false);
+}
+
+void Navigator::AddAttitude(const AttitudeSample& sample) {
+  const core::Attitude& a = sample.attitude;
+  if (!std::isfinite(a.roll_rad) || !std::isfinite(a.pitch_rad) || !std::isfinite(a.yaw_rad) ||
+      !std::isfinite(sample.heading_sd_rad)) {
+    ++impl_->own_stats().invalid;
+    return;
+  }
+  impl_->Add(sample.time, sample, false);
+}
+
+const NavSolution& Navigator::Latest() const { return impl_->latest(); }
+std::optional<NavSolution> Navigator::At(core::GpsTime t) const { return impl_->At(t); }
+const NavigationStats& Navigator::stats() const { return impl_->stats(); }
+const NavigationFilter* Navigator::filter() const { return impl_->filter(); }
+void Navigator::Record(FilterTape* tape) { impl_->Record(tape); }
+
+}  // namespace kawara::estimation
