@@ -52,6 +52,8 @@ event_t ToMessage(const RecorderEvent& event) {
   return message;
 }
 
+bool IsRecorderEvent(const event_t& event) { return event.name.starts_with("recorder."); }
+
 RecordClass RecordClassOf(std::string_view channel) {
   return channel == "FRAME" || channel == "PHASE1" ? RecordClass::kPictures
                                                    : RecordClass::kNavigation;

@@ -46,11 +46,14 @@ struct RecorderEvent {
   std::string mission{};
   core::MonoTime mono;
   int severity = 0;  ///< as event_t: 0 info, 1 warn-low, 2 warn-high, 3 fatal
-  std::string name;  ///< "recorder.disk_full"
+  std::string name;  ///< "recorder.disk_slow"; all begin with "recorder."
   std::string text;
 };
 /// GPS time 0: a recorder does not know it.
 event_t ToMessage(const RecorderEvent& event);
+/// Of a log's EVENTs those that the recorder itself put there: nothing else that is recorded gives
+/// them again.
+bool IsRecorderEvent(const event_t& event);
 
 struct RecorderStats {
   std::uint64_t events[2] = {0, 0};          ///< taken in, by RecordClass

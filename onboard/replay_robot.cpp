@@ -1,12 +1,14 @@
 #include "onboard/replay_robot.hpp"
 
 #include <kawara/config_t.hpp>
+#include <kawara/event_t.hpp>
 #include <kawara/frame_t.hpp>
 #include <kawara/raw_bytes_t.hpp>
 #include <memory>
 #include <utility>
 
 #include "comms/codec.hpp"
+#include "comms/recorder.hpp"
 #include "core/config/config.hpp"
 #include "onboard/frame_table.hpp"
 #include "onboard/message_sink.hpp"
@@ -93,6 +95,13 @@ void FeedFrame(std::span<const std::uint8_t> data, FrameTable& frames, RobotCore
   core.OnFrame(input);
 }
 
+/// The core never knew of these, so it cannot say them again.
+bool IsRecorderEvent(const comms::LogEvent& logged) {
+  if (logged.channel != "EVENT") return false;
+  const auto event = comms::Decode<event_t>(logged.data);
+  return event && comms::IsRecorderEvent(*event);
+}
+
 }  // namespace
 
 core::Expected<OnboardConfig> ReplayRobot::RecordedConfig(comms::EventLogReader& reader) {
@@ -136,6 +145,11 @@ core::Expected<ReplayStats> ReplayRobot::Play(comms::EventLogReader& reader,
 
   while (const auto event = reader.Next()) {
     time_utc_us = event->time_utc_us;
+    if (IsRecorderEvent(*event)) {
+      ++stats.events;
+      send("EVENT", event->data);
+      continue;
+    }
     InputKind kind{};
     if (!KindOf(event->channel, kind)) continue;
     ++stats.inputs;

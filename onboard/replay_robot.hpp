@@ -24,8 +24,8 @@ struct ReplayStats {
 };
 
 /// The robot again, from its log: the recorded inputs go through the same core in the same order,
-/// the pictures are made on this thread. As fast as the computer can; the same log gives the same
-/// messages, byte for byte, every time.
+/// the pictures are made on this thread, what the recorder said of itself is passed on. As fast as
+/// the computer can; the same log gives the same messages, byte for byte, every time.
 class ReplayRobot {
  public:
   /// Gets every message but the inputs themselves, with the time of the log entry that caused it.

@@ -11,9 +11,12 @@ BIN = pathlib.Path(os.environ.get("KAWARA_BIN", SOURCE / "build" / "bin"))
 
 
 def run(program, *args, timeout=120, check=False, **kwargs):
-    """Runs one of our programs to its end; returns CompletedProcess with text output."""
-    return subprocess.run([str(BIN / program), *map(str, args)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, timeout=timeout, check=check, **kwargs)
+    """Runs one of our programs to its end; returns CompletedProcess with text output. check: a failure is shown and raised."""
+    done = subprocess.run([str(BIN / program), *map(str, args)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, timeout=timeout, **kwargs)
+    if check and done.returncode != 0:
+        raise AssertionError(f"{program} ended with {done.returncode}: {done.stderr}")
+    return done
 
 
 def wait_for(condition, seconds, what):

@@ -1,6 +1,5 @@
 #pragma once
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -11,31 +10,13 @@
 
 #include "comms/event_log_reader.hpp"
 #include "comms/event_log_writer.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace kawara::comms {
 
 using Blob = std::vector<std::uint8_t>;
 
-/// A folder of its own for every test, gone afterwards.
-class TestFolder {
- public:
-  TestFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "kawara-comms-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) std::abort();
-    path_ = pattern;
-  }
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-  ~TestFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using TestFolder = testing::TestFolder;
 
 inline Blob ReadAll(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

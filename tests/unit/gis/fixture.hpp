@@ -1,6 +1,5 @@
 #pragma once
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <array>
 #include <cstdint>
@@ -15,28 +14,11 @@
 #include "gis/dump.hpp"
 #include "gis/records.hpp"
 #include "gis/store.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace kawara::gis::testing {
 
-/// A folder of its own that goes away with the test.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "kawara-gis-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using kawara::testing::TestFolder;
 
 /// Bytes with the segments of a JPEG (SOI, SOF0, SOS, noise, EOI): all that the store looks at.
 inline std::shared_ptr<const std::vector<std::uint8_t>> Jpeg(unsigned width, unsigned height,

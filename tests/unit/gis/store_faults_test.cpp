@@ -60,7 +60,7 @@ int KillsWanted() {
 }
 
 TEST(StoreFaults, KilledAtAnyMomentItOpensAndHoldsWhatWasAcknowledged) {
-  TemporaryFolder folder;
+  TestFolder folder;
   WriteMission(folder / "whole/store.gpkg", [](int) {});
   const std::string whole = Dump(folder / "whole/store.gpkg");
   ASSERT_THAT(whole, HasSubstr("# obs_panorama: 40 rows"));
@@ -114,7 +114,7 @@ TEST(StoreFaults, KilledAtAnyMomentItOpensAndHoldsWhatWasAcknowledged) {
 }
 
 TEST(StoreFaults, AFullDiskLosesNothingAndIsGotOverWhenThereIsSpace) {
-  TemporaryFolder folder;
+  TestFolder folder;
   WriteMission(folder / "whole/store.gpkg", [](int) {});
   const pid_t child = Fork([&] {
     const auto path = folder / "full/store.gpkg";
@@ -152,7 +152,7 @@ TEST(StoreFaults, AFullDiskLosesNothingAndIsGotOverWhenThereIsSpace) {
 }
 
 TEST(StoreFaults, ALockedDatabaseIsSaidAndGotOver) {
-  TemporaryFolder folder;
+  TestFolder folder;
   const auto path = folder / "store.gpkg";
   auto store = SpatioTemporalStore::Open({.target = path.string()});
   ASSERT_TRUE(store) << store.error().message;
@@ -174,7 +174,7 @@ TEST(StoreFaults, ALockedDatabaseIsSaidAndGotOver) {
 }
 
 TEST(StoreFaults, PendingIsBounded) {
-  TemporaryFolder folder;
+  TestFolder folder;
   auto store = SpatioTemporalStore::Open(
       {.target = (folder / "store.gpkg").string(), .max_pending_bytes = 10'000});
   ASSERT_TRUE(store) << store.error().message;
@@ -188,7 +188,7 @@ TEST(StoreFaults, PendingIsBounded) {
 }
 
 TEST(StoreFaults, AStaleTrajectoryIsMendedWhenOpened) {
-  TemporaryFolder folder;
+  TestFolder folder;
   const auto path = folder / "store.gpkg";
   WriteMission(path, [](int) {});
   const std::string whole = Dump(path);
@@ -203,7 +203,7 @@ TEST(StoreFaults, AStaleTrajectoryIsMendedWhenOpened) {
 
 struct Unusable {
   const char* name;
-  std::function<std::string(const TemporaryFolder&)> make;
+  std::function<std::string(const TestFolder&)> make;
   core::ErrorCode code;
   const char* says;
 };
@@ -211,7 +211,7 @@ struct Unusable {
 class StoreOpenFaults : public ::testing::TestWithParam<Unusable> {};
 
 TEST_P(StoreOpenFaults, OneClearLine) {
-  TemporaryFolder folder;
+  TestFolder folder;
   const auto store = SpatioTemporalStore::Open({.target = GetParam().make(folder)});
   ASSERT_FALSE(store);
   EXPECT_EQ(store.error().code, GetParam().code) << store.error().message;

@@ -43,7 +43,7 @@ std::string Value(const std::string& dump, const std::string& layer, int row,
 class Store : public ::testing::Test {
  protected:
   std::filesystem::path path() const { return folder_ / "store.gpkg"; }
-  TemporaryFolder folder_;
+  TestFolder folder_;
 };
 
 TEST_F(Store, KeepsEveryColumnOfAPose) {

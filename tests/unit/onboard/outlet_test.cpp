@@ -1,9 +1,7 @@
 #include "onboard/outlet.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <kawara/event_t.hpp>
 #include <map>
 #include <mutex>
@@ -11,6 +9,7 @@
 
 #include "comms/codec.hpp"
 #include "comms/event_log_reader.hpp"
+#include "tests/support/test_folder.hpp"
 
 /// What leaves the program, with a real recorder behind it and a bus that keeps what it is given.
 namespace kawara::onboard {
@@ -45,18 +44,11 @@ class KeepingBus final : public comms::Bus {
 class OutletTest : public ::testing::Test {
  protected:
   OutletTest() {
-    std::string pattern =
-        (std::filesystem::temp_directory_path() / "kawara-outlet-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) std::abort();
-    config_.folder = pattern;
+    config_.folder = folder_.path();
     config_.robot = "r";
     config_.mission = "m";
     config_.disk_reserve_bytes = 0;
     config_.navigation_reserve_bytes = 0;
-  }
-  ~OutletTest() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(config_.folder, ignored);
   }
   /// As the live robot starts it.
   std::unique_ptr<comms::Recorder> Record() {
@@ -76,6 +68,7 @@ class OutletTest : public ::testing::Test {
     return logged;
   }
 
+  testing::TestFolder folder_;
   comms::RecorderConfig config_;
   KeepingBus bus_;
   core::Counters counters_;
