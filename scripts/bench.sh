@@ -8,7 +8,18 @@ run_bench() {
       echo "run: no benchmarks for '$folder'; there are: $(ls tests/bench | tr '\n' ' ')" >&2
       exit 2
     }
-    for source in "tests/bench/$folder"/*_bench.cpp; do
+    for source in "tests/bench/$folder"/*_bench.cpp "tests/bench/$folder"/*_bench.py; do
+      [ -e "$source" ] || continue
+      if [[ $source == *.py ]]; then
+        # Measures whole programs: it names those it needs in its first lines.
+        name=$(basename "$source" _bench.py)
+        # shellcheck disable=SC2046
+        build release $(sed -n 's/^# programs: //p' "$source")
+        echo "== $folder/$name"
+        KAWARA_BIN=build/release/bin PYTHONPATH=tests/support /usr/bin/python3 -B "$source" --json "out/bench/$name.json"
+        ran=$((ran + 1))
+        continue
+      fi
       name=$(basename "$source" _bench.cpp)
       build release "bench_$name"
       echo "== $folder/$name"

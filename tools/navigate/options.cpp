@@ -1,0 +1,107 @@
+#include "tools/navigate/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+
+#include "estimation/sensor_profile.hpp"
+
+namespace kawara::navigate {
+namespace {
+
+std::string ProfilesHelp() {
+  std::string text = "Inertial unit:";
+  for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {
+    text += "\n" + std::string(profile.name) + ": " + std::string(profile.about);
+  }
+  return text;
+}
+
+core::Expected<Eigen::Vector3d> ParseLever(const std::string& text) {
+  Eigen::Vector3d lever;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  bool good = true;
+  for (int i = 0; i < 3 && good; ++i) {
+    const auto [next, error] = std::from_chars(at, end, lever[i]);
+    good = error == std::errc() && (i == 2 ? next == end : next != end && *next == ',');
+    at = next + (i == 2 ? 0 : 1);
+  }
+  constexpr double kLongest = 100.0;
+  if (good && lever.allFinite() && lever.norm() < kLongest) return lever;
+  return core::Fail(core::ErrorCode::kInvalidArgument,
+                    "--lever '" + text +
+                        "': expected the antenna seen from the IMU, forward, right and down in "
+                        "metres, as in 0.12,-0.18,-0.92");
+}
+
+}  // namespace
+
+void AddOptions(CLI::App& app, Options& o) {
+  app.add_option("--imu", o.imu,
+                 "CSV: t, wx, wy, wz [rad/s], ax, ay, az [m/s^2], forward-right-down")
+      ->required();
+  app.add_option(
+         "--gnss", o.aids.gnss,
+         "CSV: t, lat, lon [deg], h [m], q (1 fixed, 2 float, 5 single, ...), and if there: "
+         "sdN, sdE, sdD, nsat, vN, vE, vD, sdvN, sdvE, sdvD, heading, sd_heading, t_rx")
+      ->required();
+  app.add_option("--odo", o.aids.odometry, "CSV of wheels: t, vx [m/s], and if there wz [rad/s]");
+  app.add_option("--attitude", o.aids.attitude,
+                 "CSV of the unit's own attitude: t, roll, pitch, and if there yaw [deg]");
+  app.add_option("--blank", o.aids.blank,
+                 "CSV of t_start, t_end: no GNSS in there; scored against its RTK fixed positions");
+  app.add_option("--blank-run", o.aids.blank_run, "Only the windows whose column 'run' is this");
+  app.add_option("--hold-out", o.aids.hold_out,
+                 "CSV of epochs t: withheld from the filter, scored at the end");
+  app.add_option("--sensor", o.sensor, ProfilesHelp())->capture_default_str();
+  app.add_option("--lever", o.lever, "Antenna seen from the IMU [m]: forward,right,down")
+      ->capture_default_str();
+  app.add_option("--at", o.at, "Whose trajectory: imu or antenna")->capture_default_str();
+  app.add_option("--constraint", o.constraint,
+                 "auto: a vehicle, which moves neither sideways nor up as far as that proves true; "
+                 "off: carried, flying, sailing")
+      ->capture_default_str();
+  app.add_flag("--smooth", o.smooth, "The smoothed trajectory, from the data of all times");
+  app.add_flag("--use-arrival-times", o.aids.use_arrival_times,
+               "GNSS is handed over at t_rx, as a robot got it; otherwise at its epoch");
+  app.add_option("--plot", o.plot, "Report with pictures, one HTML file that needs nothing else");
+  app.add_flag("--json", o.json, "The table at the end as one JSON object");
+  app.add_option("--out", o.out, "The trajectory, CSV")->required();
+}
+
+core::Expected<RunOptions> RunOptionsOf(const Options& options) {
+  const auto wrong = [](const std::string& message) {
+    return core::Fail(core::ErrorCode::kInvalidArgument, message);
+  };
+  RunOptions run;
+  const auto noise = estimation::FindSensorProfile(options.sensor);
+  if (!noise) {
+    std::string names;
+    for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {
+      names += (names.empty() ? "" : ", ") + std::string(profile.name);
+    }
+    return wrong("--sensor '" + options.sensor + "': no such profile; there are: " + names);
+  }
+  run.navigation.imu = *noise;
+  const auto lever = ParseLever(options.lever);
+  if (!lever) return tl::unexpected(lever.error());
+  run.navigation.lever_arm_frd_m = *lever;
+  if (options.at != "imu" && options.at != "antenna") {
+    return wrong("--at '" + options.at + "': expected imu or antenna");
+  }
+  if (options.constraint != "auto" && options.constraint != "off") {
+    return wrong("--constraint '" + options.constraint + "': expected auto or off");
+  }
+  if (options.aids.blank_run && options.aids.blank.empty()) {
+    return wrong("--blank-run without --blank: name the file of the windows");
+  }
+  run.at_antenna = options.at == "antenna";
+  run.navigation.constraint = options.constraint == "off" ? estimation::ConstraintMode::kOff
+                                                          : estimation::ConstraintMode::kAuto;
+  run.smooth = options.smooth;
+  run.plot = !options.plot.empty();
+  return run;
+}
+
+}  // namespace kawara::navigate

@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "tools/navigate/aids.hpp"
+#include "tools/navigate/navigation_run.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace kawara::navigate {
+
+/// The command line.
+struct Options {
+  std::string imu;
+  AidFiles aids;
+  std::string sensor = "ahrs400cc-100";
+  std::string lever = "0,0,0";
+  std::string at = "imu";
+  std::string constraint = "auto";
+  bool smooth = false;
+  bool json = false;
+  std::string plot;
+  std::string out;
+};
+
+void AddOptions(CLI::App& app, Options& options);
+
+/// What the words mean. Errors: kInvalidArgument, one line (an unknown profile is answered with
+/// those there are).
+core::Expected<RunOptions> RunOptionsOf(const Options& options);
+
+}  // namespace kawara::navigate
