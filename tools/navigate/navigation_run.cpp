@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 #include <utility>
 
 #include "estimation/navigation_filter.hpp"
@@ -78,9 +77,9 @@ core::Expected<void> NavigationRun::FinishSmoothed() {
     return true;
   });
   smoother_time_ = core::MonoNow() - start;
-  for (const TrajectoryPoint& point : std::views::reverse(newest_first)) {
-    if (options_.plot) plot_.Add(point);
-    if (auto ok = trajectory_.Add(point); !ok) return ok;
+  for (auto point = newest_first.rbegin(); point != newest_first.rend(); ++point) {
+    if (options_.plot) plot_.Add(*point);
+    if (auto ok = trajectory_.Add(*point); !ok) return ok;
   }
   return {};
 }
