@@ -186,11 +186,14 @@ class NavigateTest(unittest.TestCase):
             with self.subTest(words):
                 self.assert_mistake(run("kawara-navigate", "--imu", self.imu, "--gnss", self.gnss, "--out", self.out,
                                         *words), *expected)
-        self.assert_mistake(run("kawara-navigate", "--imu", self.imu, "--out", self.out), "--gnss")
+        self.assert_mistake(run("kawara-navigate", "--imu", self.imu, "--out", self.out), "give --imu and --gnss")
+        self.assert_mistake(run("kawara-navigate", self.imu, "--imu", self.imu, "--out", self.out), "one or the other")
+        self.assert_mistake(run("kawara-navigate", self.imu, "--out", self.out), "not an LCM log")
+        self.assert_mistake(run("kawara-navigate", self.folder / "no.lcm", "--out", self.out), "No such file")
 
     def test_hold_out_that_fits_nothing(self):
         self.assert_mistake(self.navigate("--hold-out", self.file("holdout.csv", ["t", "17.5"])),
-                            "holdout.csv: none of its 1 epochs is in")
+                            "holdout.csv: none of its 1 epochs is among")
 
     def test_windows_of_several_runs(self):
         windows = DRIVE / "outage_windows.csv"
@@ -232,6 +235,43 @@ class NavigateTest(unittest.TestCase):
             fifo.unlink()
         self.good()
         self.assertEqual(sorted(p.name for p in self.folder.glob("traj*")), ["traj.csv"])
+
+    def test_from_the_robots_log(self):
+        """A robot of the simulator, its log alone, against the simulator's truth."""
+        log, truth = self.folder / "mission.lcm", self.folder / "truth"
+        done = run("kawara-sim", "site", "--site", SOURCE / "configs/sites/warehouse_yard.yaml", "--run-dir", truth,
+                   "--virtual", log, "--onboard-config", SOURCE / "configs/survey_robot.yaml", "--no-camera",
+                   "--onboard-set", "camera.source=none", timeout=500)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        result = run("kawara-navigate", log, "--out", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        once = self.out.read_bytes()
+        run("kawara-navigate", log, "--out", self.out, check=True)
+        self.assertEqual(self.out.read_bytes(), once)
+        true = {}
+        with open(truth / "truth_trajectory.csv", newline="") as file:
+            for row in csv.DictReader(file):  # 10 ms apart
+                true[round(int(row["gps_ns"]) % (604800 * 10**9) / 1e7)] = row
+        rows = self.rows()
+        last = float(rows[-1]["t"])
+        settled = [row for row in rows if float(row["t"]) > float(rows[0]["t"]) + 30.0]
+        self.assertGreater(len(settled), 5000)
+        for row in settled[::100]:
+            at = true[round(float(row["t"]) * 100)]
+            self.assertAlmostEqual(float(row["lat"]), float(at["lat_deg"]), delta=0.1 / 111e3, msg=row["t"])
+            self.assertAlmostEqual(float(row["h"]), float(at["h_ellipsoidal_m"]), delta=0.15, msg=row["t"])
+            yaw = (float(row["yaw"]) - float(at["yaw_deg"]) + 180.0) % 360.0 - 180.0
+            self.assertAlmostEqual(yaw, 0.0, delta=3.0, msg=row["t"])
+
+        (self.folder / "blank.csv").write_text(f"{last - 20.0},{last - 10.0}\n")
+        result = run("kawara-navigate", log, "--blank", self.folder / "blank.csv", "--json", "--out", self.out, check=True)
+        summary = json.loads(result.stdout)
+        self.assertEqual(summary["outages"], 1)
+        self.assertGreater(summary["real_time"]["windows"][0]["n"], 50)
+
+        log.write_bytes(log.read_bytes()[:200])
+        self.out.unlink()
+        self.assert_mistake(run("kawara-navigate", log, "--out", self.out), "CONFIG")
 
     def test_help_names_the_profiles(self):
         result = run("kawara-navigate", "--help")

@@ -28,14 +28,18 @@ struct Reference {
   std::size_t window = 0;  ///< of kBlanked: which
 };
 
+/// What is to be kept from the filter; empty: nothing.
+struct WithheldFiles {
+  std::string blank;
+  std::optional<int> blank_run;
+  std::string hold_out;
+};
+
 /// The files around the inertial one, as the user named them; empty: not given.
 struct AidFiles {
   std::string gnss;
   std::string odometry;
   std::string attitude;
-  std::string blank;
-  std::optional<int> blank_run;
-  std::string hold_out;
   bool use_arrival_times = false;  ///< GNSS is handed over at t_rx instead of at its epoch
 };
 
@@ -46,9 +50,13 @@ struct Aids {
   std::vector<CsvReport> reports;
 };
 
-/// Reads all of them. What is blanked or held out (epochs within a millisecond of those listed) is
-/// no aid any more, only a reference. Errors: those of the files, and a hold-out file none of whose
-/// epochs is in the GNSS file.
-core::Expected<Aids> ReadAids(const AidFiles& files);
+/// `epochs` of the receiver, given when they were received, and `others`, without what is withheld:
+/// blanked or held out (within a millisecond of an epoch listed), epochs are no aid any more, only
+/// a reference. Errors: those of the files, and a hold-out file none of whose epochs is there.
+core::Expected<Aids> MakeAids(const WithheldFiles& withheld, const std::vector<GnssRow>& epochs,
+                              std::vector<Aid> others);
+
+/// The same from CSV files. Errors: also those of the files.
+core::Expected<Aids> ReadAids(const AidFiles& files, const WithheldFiles& withheld);
 
 }  // namespace kawara::navigate

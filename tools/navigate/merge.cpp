@@ -2,16 +2,15 @@
 
 namespace kawara::navigate {
 
-core::Expected<void> Merge(ImuFile& imu, const std::vector<Aid>& aids, const SampleSink& sink,
-                           const std::function<void(const ImuFile&)>& progress) {
-  auto next = aids.begin();
+core::Expected<void> Merge(const NextImu& next_imu, const std::vector<Aid>& aids,
+                           const SampleSink& sink) {
+  auto aid = aids.begin();
   for (;;) {
-    const auto sample = imu.Next();
+    const auto sample = next_imu();
     if (!sample) return tl::unexpected(sample.error());
     if (!*sample) return {};
-    for (; next != aids.end() && next->given <= (*sample)->time; ++next) sink.aid(*next);
+    for (; aid != aids.end() && aid->given <= (*sample)->time; ++aid) sink.aid(*aid);
     if (auto ok = sink.imu(**sample); !ok) return ok;
-    progress(imu);
   }
 }
 

@@ -1,15 +1,15 @@
 #pragma once
 #include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "tools/navigate/aids.hpp"
-#include "tools/navigate/navigation_run.hpp"
-#include "tools/navigate/sensor_files.hpp"
 
 namespace kawara::navigate {
+
+/// Where inertial samples come from; nothing at the end.
+using NextImu = std::function<core::Expected<std::optional<estimation::ImuSample>>()>;
 
 /// Where merged samples go: an inertial sample may fail to be written.
 struct SampleSink {
@@ -17,11 +17,10 @@ struct SampleSink {
   std::function<void(const Aid&)> aid;
 };
 
-/// The inertial samples in the order of the file, and before each of them every aid that has been
+/// The inertial samples in the order they come, and before each of them every aid that has been
 /// given by then (at the sample's stamp or earlier). Aids behind the last sample never come.
-/// `progress` is told the share of the file that has been read. Errors: those of the file and of
-/// the sink.
-core::Expected<void> Merge(ImuFile& imu, const std::vector<Aid>& aids, const SampleSink& sink,
-                           const std::function<void(const ImuFile&)>& progress);
+/// Errors: those of the source and of the sink.
+core::Expected<void> Merge(const NextImu& next_imu, const std::vector<Aid>& aids,
+                           const SampleSink& sink);
 
 }  // namespace kawara::navigate

@@ -38,25 +38,28 @@ core::Expected<Eigen::Vector3d> ParseLever(const std::string& text) {
 }  // namespace
 
 void AddOptions(CLI::App& app, Options& o) {
+  app.add_option("LOG", o.logs,
+                 "Logs of kawara-onboard, files or folders, instead of --imu and --gnss: GNSS, "
+                 "inertial samples and the unit's attitude as the robot received them");
+  app.add_option("--config", o.config, "The robot's configuration instead of the one in the log");
   app.add_option("--imu", o.imu,
-                 "CSV: t, wx, wy, wz [rad/s], ax, ay, az [m/s^2], forward-right-down")
-      ->required();
+                 "CSV: t, wx, wy, wz [rad/s], ax, ay, az [m/s^2], forward-right-down");
   app.add_option(
-         "--gnss", o.aids.gnss,
-         "CSV: t, lat, lon [deg], h [m], q (1 fixed, 2 float, 5 single, ...), and if there: "
-         "sdN, sdE, sdD, nsat, vN, vE, vD, sdvN, sdvE, sdvD, heading, sd_heading, t_rx")
-      ->required();
+      "--gnss", o.aids.gnss,
+      "CSV: t, lat, lon [deg], h [m], q (1 fixed, 2 float, 5 single, ...), and if there: "
+      "sdN, sdE, sdD, nsat, vN, vE, vD, sdvN, sdvE, sdvD, heading, sd_heading, t_rx");
   app.add_option("--odo", o.aids.odometry, "CSV of wheels: t, vx [m/s], and if there wz [rad/s]");
   app.add_option("--attitude", o.aids.attitude,
                  "CSV of the unit's own attitude: t, roll, pitch, and if there yaw [deg]");
-  app.add_option("--blank", o.aids.blank,
+  app.add_option("--blank", o.withheld.blank,
                  "CSV of t_start, t_end: no GNSS in there; scored against its RTK fixed positions");
-  app.add_option("--blank-run", o.aids.blank_run, "Only the windows whose column 'run' is this");
-  app.add_option("--hold-out", o.aids.hold_out,
+  app.add_option("--blank-run", o.withheld.blank_run,
+                 "Only the windows whose column 'run' is this");
+  app.add_option("--hold-out", o.withheld.hold_out,
                  "CSV of epochs t: withheld from the filter, scored at the end");
   app.add_option("--sensor", o.sensor, ProfilesHelp())->capture_default_str();
-  app.add_option("--lever", o.lever, "Antenna seen from the IMU [m]: forward,right,down")
-      ->capture_default_str();
+  app.add_option("--lever", o.lever,
+                 "Antenna seen from the IMU [m]: forward,right,down (0,0,0, or the log's)");
   app.add_option("--at", o.at, "Whose trajectory: imu or antenna")->capture_default_str();
   app.add_option("--constraint", o.constraint,
                  "auto: a vehicle, which moves neither sideways nor up as far as that proves true; "
@@ -84,16 +87,29 @@ core::Expected<RunOptions> RunOptionsOf(const Options& options) {
     return wrong("--sensor '" + options.sensor + "': no such profile; there are: " + names);
   }
   run.navigation.imu = *noise;
-  const auto lever = ParseLever(options.lever);
-  if (!lever) return tl::unexpected(lever.error());
-  run.navigation.lever_arm_frd_m = *lever;
+  if (!options.lever.empty()) {
+    const auto lever = ParseLever(options.lever);
+    if (!lever) return tl::unexpected(lever.error());
+    run.navigation.lever_arm_frd_m = *lever;
+  }
+  if (options.logs.empty() && (options.imu.empty() || options.aids.gnss.empty())) {
+    return wrong(
+        "nothing to read: give --imu and --gnss, or a log of the robot (--help tells more)");
+  }
+  if (!options.logs.empty() &&
+      !(options.imu + options.aids.gnss + options.aids.odometry + options.aids.attitude).empty()) {
+    return wrong("a log and CSV files: one or the other");
+  }
+  if (options.logs.empty() && !options.config.empty()) {
+    return wrong("--config is the configuration of a log's robot, and there is no log");
+  }
   if (options.at != "imu" && options.at != "antenna") {
     return wrong("--at '" + options.at + "': expected imu or antenna");
   }
   if (options.constraint != "auto" && options.constraint != "off") {
     return wrong("--constraint '" + options.constraint + "': expected auto or off");
   }
-  if (options.aids.blank_run && options.aids.blank.empty()) {
+  if (options.withheld.blank_run && options.withheld.blank.empty()) {
     return wrong("--blank-run without --blank: name the file of the windows");
   }
   run.at_antenna = options.at == "antenna";

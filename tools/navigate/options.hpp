@@ -14,10 +14,13 @@ namespace kawara::navigate {
 
 /// The command line.
 struct Options {
+  std::vector<std::string> logs;
+  std::string config;  ///< of a log's robot
   std::string imu;
   AidFiles aids;
+  WithheldFiles withheld;
   std::string sensor = "ahrs400cc-100";
-  std::string lever = "0,0,0";
+  std::string lever;
   std::string at = "imu";
   std::string constraint = "auto";
   bool smooth = false;
@@ -28,8 +31,8 @@ struct Options {
 
 void AddOptions(CLI::App& app, Options& options);
 
-/// What the words mean. Errors: kInvalidArgument, one line (an unknown profile is answered with
-/// those there are).
+/// What the words mean; the lever arm where none is given is the caller's. Errors:
+/// kInvalidArgument, one line (an unknown profile is answered with those there are).
 core::Expected<RunOptions> RunOptionsOf(const Options& options);
 
 }  // namespace kawara::navigate

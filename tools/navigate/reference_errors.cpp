@@ -60,6 +60,7 @@ std::int64_t ReferenceErrors::held_out_uncovered() const {
 
 std::vector<WindowError> ReferenceErrors::Blanked(const std::vector<TimeWindow>& windows) const {
   std::vector<WindowError> errors;
+  errors.reserve(windows.size());
   for (const TimeWindow& window : windows) errors.push_back({window});
   for (std::size_t i = 0; i < references_.size(); ++i) {
     const Reference& reference = references_[i];

@@ -24,6 +24,7 @@ class AidsTest : public WithFiles {
     files.gnss = File(kGnss, "gnss.csv");
     return files;
   }
+  WithheldFiles withheld_;
 };
 
 /// "fix 1.000", "heading 2.000", "wheels 1.500", ... by what it is and when it was measured.
@@ -50,7 +51,7 @@ TEST_F(AidsTest, MergedByTimeOfValidity) {
   AidFiles files = Files();
   files.odometry = File("t,vx\n1.5,0\n2,0\n4.5,0\n", "odo.csv");
   files.attitude = File("t,roll,pitch\n0.5,0,0\n", "ahrs.csv");
-  const auto aids = ReadAids(files);
+  const auto aids = ReadAids(files, withheld_);
   ASSERT_TRUE(aids) << aids.error().message;
   EXPECT_THAT(
       Names(aids->given),
@@ -62,7 +63,7 @@ TEST_F(AidsTest, OrByArrival) {
   AidFiles files = Files();
   files.use_arrival_times = true;
   files.odometry = File("t,vx\n1.2,0\n2.05,0\n", "odo.csv");
-  const auto aids = ReadAids(files);
+  const auto aids = ReadAids(files, withheld_);
   ASSERT_TRUE(aids) << aids.error().message;
   EXPECT_THAT(Names(aids->given),
               ElementsAre("wheels 1.200", "fix 1.000", "wheels 2.050", "fix 2.000", "heading 2.000",
@@ -71,8 +72,8 @@ TEST_F(AidsTest, OrByArrival) {
 
 TEST_F(AidsTest, BlankedEpochsAreReferencesOnly) {
   AidFiles files = Files();
-  files.blank = File("t_start,t_end\n2,4\n", "blank.csv");
-  const auto aids = ReadAids(files);
+  withheld_.blank = File("t_start,t_end\n2,4\n", "blank.csv");
+  const auto aids = ReadAids(files, withheld_);
   ASSERT_TRUE(aids) << aids.error().message;
   EXPECT_THAT(Names(aids->given), ElementsAre("fix 1.000", "fix 4.000", "fix 5.000"));
   ASSERT_EQ(aids->references.size(), 5U);
@@ -83,8 +84,8 @@ TEST_F(AidsTest, BlankedEpochsAreReferencesOnly) {
 
 TEST_F(AidsTest, HeldOutEpochsAreFoundToTheMillisecond) {
   AidFiles files = Files();
-  files.hold_out = File("t\n4.0004\n1\n99\n", "holdout.csv");
-  const auto aids = ReadAids(files);
+  withheld_.hold_out = File("t\n4.0004\n1\n99\n", "holdout.csv");
+  const auto aids = ReadAids(files, withheld_);
   ASSERT_TRUE(aids) << aids.error().message;
   EXPECT_THAT(Names(aids->given),
               ElementsAre("fix 2.000", "heading 2.000", "fix 3.000", "fix 5.000"));
@@ -94,16 +95,16 @@ TEST_F(AidsTest, HeldOutEpochsAreFoundToTheMillisecond) {
 
 TEST_F(AidsTest, HoldOutThatFitsNothingIsAMistake) {
   AidFiles files = Files();
-  files.hold_out = File("t\n77\n88\n", "holdout.csv");
-  const auto aids = ReadAids(files);
+  withheld_.hold_out = File("t\n77\n88\n", "holdout.csv");
+  const auto aids = ReadAids(files, withheld_);
   ASSERT_FALSE(aids);
-  EXPECT_THAT(aids.error().message, HasSubstr("holdout.csv: none of its 2 epochs is in"));
+  EXPECT_THAT(aids.error().message, HasSubstr("holdout.csv: none of its 2 epochs is among"));
 }
 
 TEST_F(AidsTest, GnssOutOfOrderIsPutInOrder) {
   AidFiles files;
   files.gnss = File("t,lat,lon,h,q\n3,2,3,4,1\n1,2,3,4,1\n2,2,3,4,1\n", "gnss.csv");
-  const auto aids = ReadAids(files);
+  const auto aids = ReadAids(files, withheld_);
   ASSERT_TRUE(aids) << aids.error().message;
   EXPECT_THAT(Names(aids->given), ElementsAre("fix 1.000", "fix 2.000", "fix 3.000"));
   EXPECT_EQ(aids->references[0].time, *ParseSeconds("1"));
@@ -113,18 +114,17 @@ std::vector<std::string> Order(const std::string& imu_path, const std::vector<Ai
   auto imu = ImuFile::Open(imu_path);
   EXPECT_TRUE(imu);
   std::vector<std::string> order;
-  EXPECT_TRUE(Merge(*imu, aids,
+  EXPECT_TRUE(Merge([&] { return imu->Next(); }, aids,
                     {[&](const estimation::ImuSample& sample) -> core::Expected<void> {
                        order.push_back("imu " + FormatSeconds(sample.time));
                        return {};
                      },
-                     [&](const Aid& aid) { order.push_back(Name(aid)); }},
-                    [](const ImuFile&) {}));
+                     [&](const Aid& aid) { order.push_back(Name(aid)); }}));
   return order;
 }
 
 TEST_F(AidsTest, AnAidComesBeforeTheFirstSampleThatIsNotEarlier) {
-  const auto aids = ReadAids(Files());
+  const auto aids = ReadAids(Files(), withheld_);
   ASSERT_TRUE(aids) << aids.error().message;
   const std::string imu = File(
       "t,wx,wy,wz,ax,ay,az\n0.5,0,0,0,0,0,-9.8\n1,0,0,0,0,0,-9.8\n2.5,0,0,0,0,0,-9.8\n"
@@ -140,13 +140,12 @@ TEST_F(AidsTest, AFailingSinkEndsTheMerge) {
       ImuFile::Open(File("t,wx,wy,wz,ax,ay,az\n1,0,0,0,0,0,-9.8\n2,0,0,0,0,0,-9.8\n", "imu.csv"));
   ASSERT_TRUE(imu);
   int samples = 0;
-  const auto ok = Merge(*imu, {},
+  const auto ok = Merge([&] { return imu->Next(); }, {},
                         {[&](const estimation::ImuSample&) -> core::Expected<void> {
                            ++samples;
                            return core::Fail(core::ErrorCode::kFull, "disk full");
                          },
-                         [](const Aid&) {}},
-                        [](const ImuFile&) {});
+                         [](const Aid&) {}});
   EXPECT_FALSE(ok);
   EXPECT_EQ(samples, 1);
 }
