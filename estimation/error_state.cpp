@@ -43,6 +43,9 @@ void NominalState::Correct(const ErrorVector& error) {
   mount_yaw_rad += error(kMountYaw);
   axle_m += error(kAxle);
   ahrs_heading_rad += error(kAhrsHeading);
+  squat_rad_per_mps2 += error(kSquat);
+  sideslip_rad_per_mps2 += error(kSideslip);
+  gyro_cross += error.segment<2>(kGyroCross);
 }
 
 }  // namespace kawara::estimation

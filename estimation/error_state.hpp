@@ -8,7 +8,7 @@
 /// What the filter estimates: the nominal state, and the order of its errors.
 namespace kawara::estimation {
 
-constexpr int kErrorStates = 32;
+constexpr int kErrorStates = 36;
 using ErrorVector = Eigen::Matrix<double, kErrorStates, 1>;
 using ErrorCovariance = Eigen::Matrix<double, kErrorStates, kErrorStates>;
 
@@ -31,6 +31,9 @@ enum ErrorIndex : int {
   kMountYaw = 29,
   kAxle = 30,         ///< the point that does not slide sideways, forward of the IMU [m]
   kAhrsHeading = 31,  ///< lasting error of the magnetic heading [rad]
+  kSquat = 32,        ///< a sprung body pitches under forward acceleration [rad per m/s^2]
+  kSideslip = 33,     ///< tyres slip sideways under lateral acceleration [rad per m/s^2]
+  kGyroCross = 34,    ///< what a turn about z shows about x and y [1]
 };
 
 struct NominalState {
@@ -51,9 +54,15 @@ struct NominalState {
   double mount_yaw_rad = 0.0;
   double axle_m = 0.0;
   double ahrs_heading_rad = 0.0;
+  double squat_rad_per_mps2 = 0.0;
+  double sideslip_rad_per_mps2 = 0.0;
+  Eigen::Vector2d gyro_cross = Eigen::Vector2d::Zero();  ///< vehicles turn about z, most of all
 
   Eigen::Vector3d TrueRate(const Eigen::Vector3d& measured_radps) const {
-    return (measured_radps - gyro_bias_radps).cwiseQuotient(Eigen::Vector3d::Ones() + gyro_scale);
+    Eigen::Vector3d rate =
+        (measured_radps - gyro_bias_radps).cwiseQuotient(Eigen::Vector3d::Ones() + gyro_scale);
+    rate.head<2>() -= gyro_cross * rate.z();
+    return rate;
   }
   Eigen::Vector3d TrueForce(const Eigen::Vector3d& measured_mps2) const {
     return (measured_mps2 - accel_bias_mps2).cwiseQuotient(Eigen::Vector3d::Ones() + accel_scale);

@@ -1,6 +1,7 @@
 #include "estimation/error_state_filter.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "estimation/earth.hpp"
@@ -24,7 +25,9 @@ void ApplyTo(double* x, const Transition& f) {
       f.velocity_accel_bias * (accel_bias + f.force.cwiseProduct(accel_scale)).eval();
   const Eigen::Vector3d turned = f.attitude_attitude * attitude;
   attitude += turned;
-  attitude.noalias() += f.attitude_gyro_bias * (gyro_bias + f.rate.cwiseProduct(gyro_scale)).eval();
+  Eigen::Vector3d rate_error = gyro_bias + f.rate.cwiseProduct(gyro_scale);
+  rate_error.head<2>() += f.rate.z() * Eigen::Map<Eigen::Vector2d>(x + kGyroCross);
+  attitude.noalias() += f.attitude_gyro_bias * rate_error;
 }
 
 /// P <- F P F^T, P symmetric. Only the first nine errors change.
@@ -73,8 +76,13 @@ void ErrorStateFilter::Propagate(const ImuInterval& imu, double dt_s, const ImuN
   f.dt_s = dt_s;
   f.velocity_attitude = -dt_s * CrossMatrix(ned_from_body * force);
   f.velocity_accel_bias = -dt_s * ned_from_body;
-  f.force = force;
-  f.rate = rate;
+  constexpr double kMeanTime = 0.2;  // s
+  const double share = std::min(1.0, dt_s / kMeanTime);
+  if (mean_force_mps2_.isZero()) mean_force_mps2_ = force;
+  mean_force_mps2_ += share * (force - mean_force_mps2_);
+  mean_rate_radps_ += share * (rate - mean_rate_radps_);
+  f.force = mean_force_mps2_;
+  f.rate = mean_rate_radps_;
   if (hold_attitude) {
     f.attitude_attitude.setZero();
     f.attitude_gyro_bias.setZero();
@@ -89,7 +97,9 @@ void ErrorStateFilter::Propagate(const ImuInterval& imu, double dt_s, const ImuN
   // What one axis leaks into another is no noise; over the second or so that a turn or a push lasts
   // it adds up like noise of this density.
   constexpr double kLeakTime = 1.0;
-  const Eigen::Vector3d turning = noise.gyro_misalignment * rate;
+  // Of the gyros the larger part, what a turn about z shows, is a state of its own.
+  constexpr double kLeft = 0.3;
+  const Eigen::Vector3d turning = kLeft * noise.gyro_misalignment * rate;
   const Eigen::Vector3d pushing =
       noise.accel_misalignment *
       (ned_from_body * force + Eigen::Vector3d(0, 0, NormalGravity(lat, 0.0)));

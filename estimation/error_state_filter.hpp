@@ -45,7 +45,7 @@ struct Innovation {
 /// GNSS, Inertial, and Multisensor Integrated Navigation Systems (2013), 14.2.4, with the terms
 /// dropped that stay under 1 % of a minute's drift of a MEMS unit (transport rate, change of
 /// gravity, Coriolis of a velocity error).
-/// Copyable (8.7 KB) and without heap, so a copy is a checkpoint. One thread.
+/// Copyable (11 KB) and without heap, so a copy is a checkpoint. One thread.
 class ErrorStateFilter {
  public:
   ErrorStateFilter() = default;
@@ -83,6 +83,10 @@ class ErrorStateFilter {
   NominalState state_;
   ErrorCovariance covariance_ = ErrorCovariance::Zero();
   FilterTape* tape_ = nullptr;
+  /// Of late. The derivatives by the scales take these, not the sample: its noise is in what it did
+  /// to the velocity as well, and the product would pass for a scale that is too large.
+  Eigen::Vector3d mean_force_mps2_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean_rate_radps_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace kawara::estimation

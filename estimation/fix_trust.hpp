@@ -16,9 +16,10 @@ class FixTrust {
  public:
   enum class Verdict { kUse, kRefuse, kConcede };
 
-  /// `residual_ned_m`: measured minus predicted; `nis`: the same, normalised.
+  /// `residual_ned_m`: measured minus predicted; `nis`: the same, normalised; `drifted`: the
+  /// prediction comes out of an outage through which nothing but the inertial unit led.
   Verdict Judge(core::GpsTime stamp, GnssGrade grade, const Eigen::Vector3d& residual_ned_m,
-                double nis, const TrustConfig& config);
+                double nis, bool drifted, const TrustConfig& config);
   /// Positions of this grade are being refused.
   bool refusing(GnssGrade grade) const { return of(grade).refusing; }
   /// They agree again, but not for long enough.
@@ -28,6 +29,7 @@ class FixTrust {
   struct Record {
     bool refusing = false;
     core::GpsTime refused_since;
+    double patience_s = 0.0;
     core::GpsTime agreed_since;
   };
   const Record& of(GnssGrade grade) const { return records_[static_cast<std::size_t>(grade)]; }

@@ -36,6 +36,9 @@ ErrorCovariance StartCovariance(const AlignmentStart& start, const NavigationCon
   sd(kMountYaw) = config.mount_sd_rad;
   sd(kAxle) = config.axle_sd_m;
   sd(kAhrsHeading) = config.ahrs_heading_sd_rad;
+  sd(kSquat) = config.squat_sd_rad_per_mps2;
+  sd(kSideslip) = config.sideslip_sd_rad_per_mps2;
+  sd.segment<2>(kGyroCross).setConstant(imu.gyro_misalignment);
   return sd.cwiseAbs2().asDiagonal();
 }
 

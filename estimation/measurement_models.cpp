@@ -39,15 +39,20 @@ MeasurementRows YawRow(const NominalState& state, double predicted_offset_rad, d
   return rows;
 }
 
-/// Vehicle axes from IMU axes, and its derivatives by the mounting angles.
+/// Vehicle axes from IMU axes, and its derivatives by the mounting angles. A sprung body leans
+/// under acceleration, and tyres slip: both turn the axes by an angle in proportion.
 struct Mounting {
   Eigen::Matrix3d vehicle_from_body;
   Eigen::Matrix3d by_pitch;
   Eigen::Matrix3d by_yaw;
 };
-Mounting MountingOf(const NominalState& state) {
-  const double cp = std::cos(state.mount_pitch_rad), sp = std::sin(state.mount_pitch_rad);
-  const double cy = std::cos(state.mount_yaw_rad), sy = std::sin(state.mount_yaw_rad);
+Mounting MountingOf(const NominalState& state, const Eigen::Vector3d& acceleration_body_mps2) {
+  const double pitch_rad =
+      state.mount_pitch_rad + state.squat_rad_per_mps2 * acceleration_body_mps2.x();
+  const double yaw_rad =
+      state.mount_yaw_rad + state.sideslip_rad_per_mps2 * acceleration_body_mps2.y();
+  const double cp = std::cos(pitch_rad), sp = std::sin(pitch_rad);
+  const double cy = std::cos(yaw_rad), sy = std::sin(yaw_rad);
   Mounting m;
   m.vehicle_from_body << cp * cy, cp * sy, -sp, -sy, cy, 0.0, sp * cy, sp * sy, cp;
   m.by_pitch << -sp * cy, -sp * sy, -cp, 0.0, 0.0, 0.0, cp * cy, cp * sy, -sp;
@@ -64,10 +69,13 @@ struct AxleVelocity {
   Eigen::Vector3d by_pitch;
   Eigen::Vector3d by_yaw;
   Eigen::Vector3d by_axle;
+  Eigen::Vector3d by_squat;
+  Eigen::Vector3d by_sideslip;
 };
 AxleVelocity AxleVelocityOf(const NominalState& state, const BodyMotion& motion) {
   const Eigen::Matrix3d body_from_ned = state.ned_from_body.toRotationMatrix().transpose();
-  const Mounting mounting = MountingOf(state);
+  const Eigen::Vector3d acceleration = body_from_ned * motion.acceleration_mps2;
+  const Mounting mounting = MountingOf(state, acceleration);
   const Eigen::Vector3d axle(state.axle_m, 0.0, 0.0);
   const Eigen::Vector3d body =
       body_from_ned * state.velocity_ned_mps + motion.rate_radps.cross(axle);
@@ -145,9 +153,9 @@ MeasurementRows GnssVelocityRows(const NominalState& state, const BodyMotion& mo
   const Eigen::Vector3d& enu_sd = fix.velocity_sd_enu_mps;
   const Eigen::Vector3d sd =
       Eigen::Vector3d(enu_sd.y(), enu_sd.x(), enu_sd.z()).cwiseMax(config.gnss.velocity_floor_mps);
-  // A receiver smooths its velocity over a time nobody states: a tenth of a second of acceleration
-  // stays uncertain beyond the delay that is estimated.
-  constexpr double kSmoothing = 0.1;
+  // A receiver smooths its velocity over a time nobody states: some hundredths of a second of
+  // acceleration stay uncertain beyond the delay that is estimated.
+  constexpr double kSmoothing = 0.05;
   rows.noise.diagonal() =
       sd.cwiseAbs2() + Square(kSmoothing) * motion.acceleration_mps2.cwiseAbs2();
   rows.AddBlock(kVelocity, Eigen::Matrix3d::Identity());
@@ -223,6 +231,8 @@ MeasurementRows ConstraintRows(const NominalState& state, const BodyMotion& moti
   rows.AddColumn(kMountPitch, lower(v.by_pitch));
   rows.AddColumn(kMountYaw, lower(v.by_yaw));
   rows.AddColumn(kAxle, lower(v.by_axle));
+  rows.AddColumn(kSquat, lower(v.by_squat));
+  rows.AddColumn(kSideslip, lower(v.by_sideslip));
   return rows;
 }
 

@@ -39,7 +39,12 @@ struct TrustConfig {
   double velocity_gate = 16.3;  ///< of a velocity
   double readmit_s = 0.5;       ///< fixes must agree this long before they are believed again
   double concede_s = 25.0;      ///< consistent fixes that contradict this long are right after all
-  double lost_after_s = 1.0;    ///< without a believed position: dead reckoning
+  /// After an outage without wheels it is the inertial unit that is likely to be wrong: gates open
+  /// so many times wider, and patience ends sooner.
+  double outage_s = 3.0;  ///< that long without a believed position is an outage
+  double outage_gate_factor = 15.0;
+  double outage_concede_s = 1.0;
+  double lost_after_s = 1.0;  ///< without a believed position: dead reckoning
 };
 
 struct NavigationConfig {
@@ -56,6 +61,8 @@ struct NavigationConfig {
   double odometry_turn_scale_sd = 0.3;            ///< skid steer turns less than its wheels say
   double mount_sd_rad = 5.0 * core::kRadFromDeg;  ///< IMU axes against the vehicle's
   double axle_sd_m = 1.0;  ///< how far forward of the IMU the axle that does not slide may be
+  double squat_sd_rad_per_mps2 = 0.003;     ///< springs: a sixth of a degree per m/s^2
+  double sideslip_sd_rad_per_mps2 = 0.002;  ///< tyres
   /// The unit's own attitude: wide, because its error lasts.
   double ahrs_level_sd_rad = 2.0 * core::kRadFromDeg;
   double ahrs_heading_sd_rad = 10.0 * core::kRadFromDeg;

@@ -24,15 +24,20 @@ constexpr double kGateOneOf1000[4] = {0.0, 10.8, 13.8, 16.3};  // chi-square, by
 constexpr double kMinSpeed = 0.3;          // m/s: slower, directions mean nothing
 constexpr double kConstraintFloor = 0.03;  // m/s
 constexpr double kSideslipPerRate = 0.10;  // m/s of sideways motion per rad/s of turning
-constexpr double kLearning = 0.02;         // share of a new residual: 50 of them
-constexpr double kSlipPerSpeed = 0.02;     // wheels: 2 % of the speed
-constexpr double kTurnSlip = 0.10;         // wheels: 10 % of the turn rate
+/// A pothole rolls and pitches the body about a point some way off, and lifts it as well.
+constexpr double kBounceArm = 0.3;      // m
+constexpr double kBounceMemory = 0.5;   // s
+constexpr double kSoften = 6.0;         // NIS of two rows; beyond it the weight falls off
+constexpr double kLearning = 0.02;      // share of a new residual: 50 of them
+constexpr double kSlipPerSpeed = 0.02;  // wheels: 2 % of the speed
+constexpr double kTurnSlip = 0.10;      // wheels: 10 % of the turn rate
 constexpr int kSlipsUntilDoubt = 50;
 /// Wander of slow states, per sqrt(s).
 constexpr double kTimeOffsetWander = 2.0e-5;
 constexpr double kScaleWander = 2.0e-4;
 constexpr double kTurnScaleWander = 2.0e-3;
 constexpr double kResetTwice = 60.0;  // s between resets that say the heading is wrong
+constexpr double kGravity = 9.8;
 constexpr double kLikelihoodCap = 60.0;
 
 double Square(double v) { return v * v; }
@@ -113,6 +118,10 @@ void NavigationFilter::FinishSample(const ImuSample& sample) {
     }
   } else {
     standstill_.Restart();
+  }
+  if (dt_s > 0.0) {
+    const double tilting = state().TrueRate(sample.rate_radps).head<2>().squaredNorm();
+    tilting_ += std::min(1.0, dt_s / kBounceMemory) * (tilting - tilting_);
   }
   FuseConstraint();
   const double age_s = SecondsSince(last_position_);
@@ -257,8 +266,10 @@ void NavigationFilter::FusePosition(const core::GnssFix& fix, double shift_s) {
     log_likelihood_ += std::max(-kLikelihoodCap, innovation.LogLikelihood());
   } else {
     const bool refused_before = trust_.refusing(grade);
-    verdict =
-        trust_.Judge(state().stamp, grade, innovation.residual, innovation.nis, config_->trust);
+    const bool drifted = SecondsSince(last_position_) > config_->trust.outage_s &&
+                         SecondsSince(last_speed_used_) > 1.0 && !holding_;
+    verdict = trust_.Judge(state().stamp, grade, innovation.residual, innovation.nis, drifted,
+                           config_->trust);
     if (!refused_before && trust_.refusing(grade)) ++stats_.wrong_fix_episodes;
   }
   refused_last_ = verdict == FixTrust::Verdict::kRefuse;
@@ -285,12 +296,17 @@ void NavigationFilter::Concede(const Innovation& innovation) {
   ++stats_.resets;
   lost_ = lost_ || SecondsSince(last_reset_) < kResetTwice;
   last_reset_ = state().stamp;
-  const Eigen::Vector3d miss = innovation.residual.cwiseAbs2();
-  filter_.Doubt(kPosition, miss + Eigen::Vector3d::Constant(1.0));
-  filter_.Doubt(kVelocity, Eigen::Vector3d::Constant(Square(0.5)));
-  constexpr double kYawDoubt = 5.0 * core::kRadFromDeg;
-  constexpr double kLevelDoubt = 0.5 * core::kRadFromDeg;
-  filter_.Doubt(kAttitude, {Square(kLevelDoubt), Square(kLevelDoubt), Square(kYawDoubt)});
+  // As wrong as the position became since it was believed last, so may be what moved it there.
+  const double seconds = std::clamp(SecondsSince(last_position_), 1.0, 60.0);
+  const double miss_m = innovation.residual.norm();
+  const double way_m = std::max(1.0, state().velocity_ned_mps.norm() * seconds);
+  const double velocity = std::max(0.5, 2.0 * miss_m / seconds);
+  const double level = std::clamp(2.0 * miss_m / (kGravity * seconds * seconds),
+                                  0.5 * core::kRadFromDeg, 5.0 * core::kRadFromDeg);
+  const double yaw = std::clamp(miss_m / way_m, 3.0 * core::kRadFromDeg, 20.0 * core::kRadFromDeg);
+  filter_.Doubt(kPosition, innovation.residual.cwiseAbs2() + Eigen::Vector3d::Constant(1.0));
+  filter_.Doubt(kVelocity, Eigen::Vector3d::Constant(Square(velocity)));
+  filter_.Doubt(kAttitude, {Square(level), Square(level), Square(yaw)});
 }
 
 void NavigationFilter::FuseOdometry(const OdometrySample& sample) {
@@ -364,6 +380,11 @@ void NavigationFilter::FuseAttitude(const AttitudeSample& sample) {
 
 NavigationFilter::TimeOffset NavigationFilter::time_offset() const {
   return {state().time_offset_s, std::sqrt(filter_.covariance()(kTimeOffset, kTimeOffset))};
+}
+
+NavigationFilter::TimeOffset NavigationFilter::velocity_delay() const {
+  return {state().velocity_delay_s,
+          std::sqrt(filter_.covariance()(kVelocityDelay, kVelocityDelay))};
 }
 
 void NavigationFilter::WriteNode() {

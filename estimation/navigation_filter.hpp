@@ -54,6 +54,8 @@ class NavigationFilter {
     double sd_s = 0.0;
   };
   TimeOffset time_offset() const;
+  /// GNSS velocities are that much older than their epochs.
+  TimeOffset velocity_delay() const;
   /// The filter contradicts its fixes again and again: heading or position is altogether wrong.
   bool lost() const { return lost_; }
   bool standing_still() const { return holding_; }
@@ -118,6 +120,7 @@ class NavigationFilter {
   double gnss_speed_limit_mps_ = 0.0;
   int slips_in_row_ = 0;
   Learned right_, down_;
+  double tilting_ = 0.0;  ///< mean square of roll and pitch rate of late [rad^2/s^2]
   double published_offset_s_ = 0.0;
   bool in_outage_ = false;
   bool refused_last_ = false;

@@ -78,10 +78,26 @@ class Navigator::Impl {
     return true;
   }
 
+  /// A velocity that the receiver's own filter holds back belongs to an earlier instant than the
+  /// position beside it.
+  void AddFix(const core::GnssFix& fix) {
+    if (!fix.has_velocity || velocity_delay_s_ == 0.0) {
+      Add(fix.time, fix, shift_s_);
+      return;
+    }
+    core::GnssFix velocity = fix;
+    velocity.has_position = false;
+    velocity.has_heading = false;
+    Add(fix.time, velocity, shift_s_ + velocity_delay_s_);
+    core::GnssFix rest = fix;
+    rest.has_velocity = false;
+    if (rest.has_position || rest.has_heading) Add(fix.time, rest, shift_s_);
+  }
+
   template <class T>
-  void Add(core::GpsTime time, const T& data, bool gnss) {
+  void Add(core::GpsTime time, const T& data, double shift_s = 0.0) {
     NavMeasurement m;
-    m.shift_s = gnss ? shift_s_ : 0.0;
+    m.shift_s = shift_s;
     m.stamp = time - core::DurationFromSeconds(m.shift_s);
     m.data = data;
     const core::GpsTime newest = samples_.end() > 0 ? samples_.back().time : core::GpsTime{};
@@ -162,6 +178,7 @@ class Navigator::Impl {
     next_sample_ = samples_.end();
     latest_ = {};
     shift_s_ = 0.0;
+    velocity_delay_s_ = 0.0;
   }
 
   void Save() {
@@ -229,6 +246,10 @@ class Navigator::Impl {
         std::abs(offset.value_s - shift_s_) > kOffsetStep) {
       shift_s_ = offset.value_s;
     }
+    const auto delay = filter_->velocity_delay();
+    if (delay.sd_s < kOffsetKnown && std::abs(delay.value_s - velocity_delay_s_) > kOffsetStep) {
+      velocity_delay_s_ = std::max(0.0, delay.value_s);
+    }
   }
 
   void Align() {
@@ -289,7 +310,8 @@ class Navigator::Impl {
   NavigationStats stats_;  ///< of what happens before the filter
   NavigationStats combined_;
   FilterTape* tape_ = nullptr;
-  double shift_s_ = 0.0;  ///< the time offset new fixes are placed with
+  double velocity_delay_s_ = 0.0;  ///< that new velocities are placed with
+  double shift_s_ = 0.0;           ///< the time offset new fixes are placed with
 };
 
 Navigator::Navigator(const NavigationConfig& config) : impl_(std::make_unique<Impl>(config)) {}
@@ -303,7 +325,7 @@ void Navigator::AddFix(const core::GnssFix& fix) {
     ++impl_->own_stats().invalid;
     return;
   }
-  impl_->Add(fix.time, fix, true);
+  impl_->AddFix(fix);
 }
 
 void Navigator::AddOdometry(const OdometrySample& sample) {
@@ -311,7 +333,7 @@ void Navigator::AddOdometry(const OdometrySample& sample) {
     ++impl_->own_stats().invalid;
     return;
   }
-  impl_->Add(sample.time, sample, false);
+  impl_->Add(sample.time, sample);
 }
 
 void Navigator::AddAttitude(const AttitudeSample& sample) {
@@ -321,7 +343,7 @@ void Navigator::AddAttitude(const AttitudeSample& sample) {
     ++impl_->own_stats().invalid;
     return;
   }
-  impl_->Add(sample.time, sample, false);
+  impl_->Add(sample.time, sample);
 }
 
 const NavSolution& Navigator::Latest() const { return impl_->latest(); }

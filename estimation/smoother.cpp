@@ -21,6 +21,7 @@ void ApplyTransposed(double* x, const Transition& f) {
   const Eigen::Vector3d from_attitude = f.attitude_gyro_bias.transpose() * attitude;
   gyro_bias += from_attitude;
   gyro_scale += f.rate.cwiseProduct(from_attitude);
+  Eigen::Map<Eigen::Vector2d>(x + kGyroCross) += f.rate.z() * from_attitude.head<2>();
   const Eigen::Vector3d turned = f.attitude_attitude.transpose() * attitude;
   attitude += turned;
   attitude.noalias() += f.velocity_attitude.transpose() * velocity;
