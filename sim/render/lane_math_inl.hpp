@@ -118,8 +118,8 @@ HWY_INLINE F DetailLeft(F details) { return SmoothStep(1.25F, 3.0F, details); }
 
 /// Octaves from `wavelength` down, each half as long and `persistence` times as strong; the first
 /// that no lane's footprint leaves anything of ends it.
-HWY_INLINE F Fractal(F u, F v, float wavelength, int octaves, float persistence,
-                     F inverse_footprint, U seed) {
+HWY_NOINLINE inline F Fractal(F u, F v, float wavelength, int octaves, float persistence,
+                              F inverse_footprint, U seed) {
   F sum;
   float strength = 1.0F;
   float length = wavelength;

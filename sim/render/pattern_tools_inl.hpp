@@ -50,7 +50,8 @@ struct Look {
   HWY_INLINE Look() {}  // NOLINT
 };
 
-HWY_INLINE F NoiseAt(const PatternPlace& p, float length_u, float length_v, std::uint32_t salt) {
+HWY_NOINLINE inline F NoiseAt(const PatternPlace& p, float length_u, float length_v,
+                              std::uint32_t salt) {
   return Noise(p.u * F(1.0F / length_u), p.v * F(1.0F / length_v), U(p.seed + salt));
 }
 HWY_INLINE F FractalAt(const PatternPlace& p, float wavelength, int octaves, float persistence,
@@ -85,7 +86,7 @@ struct NearestCells {
   F first, second;
   U hash;
 };
-HWY_INLINE NearestCells FindCells(F x, F y, U seed) {
+HWY_NOINLINE inline NearestCells FindCells(F x, F y, U seed) {
   NearestCells found{F(9.0F), F(9.0F), U(0U)};
   const F i = Floor(x);
   const F j = Floor(y);
