@@ -3,13 +3,14 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "drivers/unix_socket.hpp"
 
 namespace kawara::drivers {
 namespace {
@@ -113,28 +114,14 @@ core::Expected<void> SocketCamera::Trigger(std::uint32_t sequence) {
 }
 
 core::Expected<void> SocketCamera::Connect() {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path_.empty() || path_.size() >= sizeof address.sun_path) {
-    return core::Fail(core::ErrorCode::kInvalidArgument,
-                      "camera socket '" + path_ + "': the path must have 1 to 107 characters");
+  if (fd_ < 0) {
+    return core::Fail(core::ErrorCode::kUnavailable,
+                      "camera socket " + path_ + ": no descriptor was left at the start");
   }
-  std::memcpy(address.sun_path, path_.c_str(), path_.size() + 1);
-  const int fresh = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fresh < 0 || fd_ < 0) {
-    const core::Error error = core::ErrnoError("open a socket for the camera", errno);
-    if (fresh >= 0) close(fresh);
-    return tl::unexpected(error);
-  }
-  if (connect(fresh, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    const int reason = errno;
-    close(fresh);
-    return core::Fail(core::ErrorCode::kUnavailable, "camera socket " + path_ + ": " +
-                                                         std::strerror(reason) +
-                                                         " (is the camera's program running?)");
-  }
-  dup3(fresh, fd_, O_CLOEXEC);
-  close(fresh);
+  const auto fresh = ConnectUnix(path_, "camera socket", "the camera's program");
+  if (!fresh) return tl::unexpected(fresh.error());
+  dup3(*fresh, fd_, O_CLOEXEC);
+  close(*fresh);
   assembler_.Reset();
   buffer_begin_ = buffer_end_ = 0;
   last_bytes_ = core::MonoTime{};

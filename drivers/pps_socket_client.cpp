@@ -2,13 +2,14 @@
 
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "drivers/unix_socket.hpp"
 
 namespace kawara::drivers {
 
@@ -44,22 +45,9 @@ SocketPps::~SocketPps() {
 }
 
 core::Expected<void> SocketPps::Connect() {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path_.empty() || path_.size() >= sizeof address.sun_path) {
-    return core::Fail(core::ErrorCode::kInvalidArgument,
-                      "pulse socket '" + path_ + "': the path must have 1 to 107 characters");
-  }
-  std::memcpy(address.sun_path, path_.c_str(), path_.size() + 1);
-  fd_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd_ < 0) return tl::unexpected(core::ErrnoError("open a socket for the pulses", errno));
-  if (connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    const int reason = errno;
-    close(std::exchange(fd_, -1));
-    return core::Fail(core::ErrorCode::kUnavailable,
-                      "pulse socket " + path_ + ": " + std::strerror(reason) +
-                          " (is the program that stamps the pulses running?)");
-  }
+  const auto fresh = ConnectUnix(path_, "pulse socket", "the program that stamps the pulses");
+  if (!fresh) return tl::unexpected(fresh.error());
+  fd_ = *fresh;
   assembler_.Reset();
   rest_ = {};
   ++stats_.connects;

@@ -1,7 +1,5 @@
 #include "onboard/camera_reader.hpp"
 
-#include <string>
-
 #include "onboard/realtime.hpp"
 
 namespace kawara::onboard {
@@ -11,6 +9,7 @@ CameraReader::CameraReader(drivers::Camera& camera, FrameTable& frames, InputInb
     : camera_(camera),
       frames_(frames),
       inbox_(inbox),
+      teller_(inbox, PortId::kCamera, "the camera is there"),
       frames_counter_(counters.Register("camera.frames")),
       no_slot_(counters.Register("camera.frames_without_slot")),
       thread_([this] { Run(); }) {}
@@ -27,11 +26,11 @@ void CameraReader::Run() {
   while (!stopping_.load(std::memory_order_relaxed)) {
     const auto frame = camera_.Next(core::Milliseconds(200));
     if (frame) {
-      if (!was_up_) Tell(true, core::Severity::kInfo, "the camera is there");
+      teller_.Up();
       if (*frame != nullptr) Take(*frame);
       continue;
     }
-    if (was_up_ || !was_told_) Tell(false, core::Severity::kWarnHigh, frame.error().message);
+    teller_.Down(frame.error().message);
     // The next call tries to connect again; not in a tight loop.
     std::this_thread::sleep_for(core::Milliseconds(200));
   }
@@ -48,19 +47,6 @@ void CameraReader::Take(const std::shared_ptr<const drivers::Frame>& frame) {
   input.exposure_start = frame->exposure_start;
   input.arrival = frame->arrival;
   if (!inbox_.PostFrame(input)) frames_.Release(*slot);
-}
-
-void CameraReader::Tell(bool open, core::Severity severity, std::string_view text) {
-  was_up_ = open;
-  was_told_ = true;
-  PortNote note;
-  note.port = PortId::kCamera;
-  note.open = open;
-  note.changed = true;
-  note.severity = severity;
-  note.text = text;
-  const NoteBytes bytes = Pack(note);
-  inbox_.Post(InputKind::kPort, core::MonoNow(), BytesOf(bytes.view()));
 }
 
 }  // namespace kawara::onboard

@@ -7,6 +7,7 @@
 #include "drivers/camera.hpp"
 #include "onboard/frame_table.hpp"
 #include "onboard/input_inbox.hpp"
+#include "onboard/port_teller.hpp"
 
 namespace kawara::onboard {
 
@@ -24,15 +25,13 @@ class CameraReader {
  private:
   void Run();
   void Take(const std::shared_ptr<const drivers::Frame>& frame);
-  void Tell(bool open, core::Severity severity, std::string_view text);
 
   drivers::Camera& camera_;
   FrameTable& frames_;
   InputInbox& inbox_;
+  PortTeller teller_;
   core::Counter& frames_counter_;
   core::Counter& no_slot_;
-  bool was_up_ = false;
-  bool was_told_ = false;
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

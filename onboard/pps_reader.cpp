@@ -7,6 +7,7 @@ namespace kawara::onboard {
 PpsReader::PpsReader(drivers::PpsSource& source, InputInbox& inbox, core::Counters& counters)
     : source_(source),
       inbox_(inbox),
+      teller_(inbox, PortId::kPps, "the pulse line is there"),
       edges_(counters.Register("pps.edges")),
       thread_([this] { Run(); }) {}
 
@@ -22,30 +23,17 @@ void PpsReader::Run() {
   while (!stopping_.load(std::memory_order_relaxed)) {
     const auto edge = source_.Next(core::Milliseconds(200));
     if (edge) {
-      if (!was_up_) Tell(true, core::Severity::kInfo, "the pulse line is there");
+      teller_.Up();
       if (*edge) {
         edges_.Add();
         inbox_.Post(InputKind::kPulse, (*edge)->mono, Pack((*edge)->sequence));
       }
       continue;
     }
-    if (was_up_ || !was_told_) Tell(false, core::Severity::kWarnHigh, edge.error().message);
+    teller_.Down(edge.error().message);
     // The next call tries to connect again; not in a tight loop.
     std::this_thread::sleep_for(core::Milliseconds(200));
   }
-}
-
-void PpsReader::Tell(bool open, core::Severity severity, std::string_view text) {
-  was_up_ = open;
-  was_told_ = true;
-  PortNote note;
-  note.port = PortId::kPps;
-  note.open = open;
-  note.changed = true;
-  note.severity = severity;
-  note.text = text;
-  const NoteBytes bytes = Pack(note);
-  inbox_.Post(InputKind::kPort, core::MonoNow(), BytesOf(bytes.view()));
 }
 
 }  // namespace kawara::onboard

@@ -1,12 +1,11 @@
 #pragma once
 #include <atomic>
-#include <string_view>
 #include <thread>
 
 #include "core/counters.hpp"
-#include "core/events.hpp"
 #include "drivers/pps.hpp"
 #include "onboard/input_inbox.hpp"
+#include "onboard/port_teller.hpp"
 
 namespace kawara::onboard {
 
@@ -22,13 +21,11 @@ class PpsReader {
 
  private:
   void Run();
-  void Tell(bool open, core::Severity severity, std::string_view text);
 
   drivers::PpsSource& source_;
   InputInbox& inbox_;
+  PortTeller teller_;
   core::Counter& edges_;
-  bool was_up_ = false;
-  bool was_told_ = false;
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };
