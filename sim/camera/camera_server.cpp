@@ -8,10 +8,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <system_error>
 #include <utility>
 
+#include "sim/ports/sleep_until.hpp"
 #include "sim/ports/unix_listener.hpp"
 
 namespace kawara::sim {
@@ -19,12 +19,6 @@ namespace {
 
 constexpr core::Duration kSendTimeout = core::Seconds(2);
 constexpr int kPoll_ms = 20;
-
-void SleepUntil(core::MonoTime t) {
-  const timespec until{.tv_sec = t.ns() / 1'000'000'000, .tv_nsec = t.ns() % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-}
 
 }  // namespace
 

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <system_error>
 #include <thread>
@@ -16,6 +15,7 @@
 #include "sim/ports/janitor.hpp"
 #include "sim/ports/pps_server.hpp"
 #include "sim/ports/pty.hpp"
+#include "sim/ports/sleep_until.hpp"
 #include "sim/run/truth_log.hpp"
 
 namespace kawara::sim {
@@ -24,12 +24,6 @@ namespace {
 /// Host's commands and camera pulses are looked at this often when nothing else is due.
 constexpr core::Duration kLongestSleep = core::Milliseconds(2);
 constexpr int kFifoPriority = 30;
-
-void SleepUntil(core::MonoTime t) {
-  const timespec until{.tv_sec = t.ns() / 1'000'000'000, .tv_nsec = t.ns() % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-}
 
 /// Lives as long as the run: scripts wait for this file.
 class ReadyFile {
