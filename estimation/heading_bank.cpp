@@ -42,6 +42,16 @@ ErrorCovariance StartCovariance(const AlignmentStart& start, const NavigationCon
   return sd.cwiseAbs2().asDiagonal();
 }
 
+/// What stays as it is when a robot is switched off and on: each error's own variance, four times
+/// as large.
+void KeepCalibration(const ErrorCovariance& learned, ErrorCovariance& covariance) {
+  constexpr double kDoubt = 4.0;
+  for (int i = kGyroBias; i < kErrorStates; ++i) {
+    const bool momentary = (i >= kGnssColoured && i < kTimeOffset) || i == kAhrsHeading;
+    if (!momentary) covariance(i, i) = std::min(covariance(i, i), kDoubt * learned(i, i));
+  }
+}
+
 }  // namespace
 
 HeadingBank::HeadingBank(const NavigationConfig& config) : config_(&config) {
@@ -49,12 +59,16 @@ HeadingBank::HeadingBank(const NavigationConfig& config) : config_(&config) {
   prior_.reserve(kHypotheses);
 }
 
-void HeadingBank::Start(const AlignmentStart& start) {
+void HeadingBank::Start(const AlignmentStart& start, const NavigationFilter* calibrated) {
   filters_.clear();
   prior_.clear();
-  const ErrorCovariance covariance = StartCovariance(start, *config_);
+  ErrorCovariance covariance = StartCovariance(start, *config_);
+  if (calibrated != nullptr) KeepCalibration(calibrated->errors().covariance(), covariance);
   for (int i = 0; i < kHypotheses; ++i) {
     NominalState state;
+    if (calibrated != nullptr) state = calibrated->state();
+    state.gnss_coloured_ned_m.setZero();
+    state.ahrs_heading_rad = 0.0;
     state.stamp = start.stamp;
     const double yaw_rad = core::WrapPi(kSpacing * i);
     const Eigen::Matrix3d ned_from_body =
@@ -62,7 +76,7 @@ void HeadingBank::Start(const AlignmentStart& start) {
     state.ned_from_body = Eigen::Quaterniond(ned_from_body);
     state.position = Displaced(start.antenna, -(ned_from_body * config_->lever_arm_frd_m));
     state.velocity_ned_mps = start.velocity_ned_mps;
-    state.gyro_bias_radps = start.gyro_bias_radps;
+    if (calibrated == nullptr) state.gyro_bias_radps = start.gyro_bias_radps;
     filters_.emplace_back(*config_, state, covariance);
     filters_.back().SetHypothesis(true);
     double weight = 1.0;

@@ -169,6 +169,8 @@ class Navigator::Impl {
   }
 
   void Restart() {
+    if (filter_ && !filter_->lost()) calibrated_ = filter_;
+    if (calibrated_) calibrated_->SetTape(nullptr);
     filter_.reset();
     bank_.Stop();
     levelling_ = {};
@@ -262,7 +264,7 @@ class Navigator::Impl {
           bank_.Advance(sample, next->stamp);
           bank_.Fuse(*next);
         } else if (const auto start = levelling_.Add(*next, config_)) {
-          bank_.Start(*start);
+          bank_.Start(*start, calibrated_ ? &*calibrated_ : nullptr);
         }
       }
       measurements_.erase(measurements_.begin(), next);
@@ -301,6 +303,7 @@ class Navigator::Impl {
   Levelling levelling_;
   HeadingBank bank_;
   std::optional<NavigationFilter> filter_;
+  std::optional<NavigationFilter> calibrated_;  ///< the one before, for what it had learned
   TimedRing<ImuSample> samples_;
   TimedRing<NavSolution> solutions_;
   std::vector<NavMeasurement> measurements_;  ///< by Key; those a checkpoint may need again

@@ -92,6 +92,25 @@ struct AhrsConfig {
   }
 };
 
+/// The RTK-GPS/INS filter; the attitude unit is its inertial unit.
+struct NavigationSettings {
+  bool filter = true;                    ///< false: fix and attitude unit, interpolated
+  std::string sensor = "ahrs400cc-100";  ///< profile of the inertial unit's errors
+  std::string constraint = "auto";  ///< the vehicle moves neither sideways nor up, as far as seen
+  double time_offset_sd_s = 0.02;   ///< inertial stamps against GNSS epochs; 0: they agree
+  double max_lateness_s = 0.5;      ///< older measurements are refused
+
+  template <class V>
+  void Visit(V& v) {
+    v("filter", filter, config::Optional{});
+    v("sensor", sensor, config::OneOf{"ahrs400cc-100", "consumer-mems", "industrial-mems"},
+      config::Optional{});
+    v("constraint", constraint, config::OneOf{"auto", "off"}, config::Optional{});
+    v("time_offset_sd_s", time_offset_sd_s, config::Range{0.0, 0.5}, config::Optional{});
+    v("max_lateness_s", max_lateness_s, config::Range{0.1, 2.0}, config::Optional{});
+  }
+};
+
 struct CameraConfig {
   std::string source = "socket";  ///< "none": the robot has no eyes, navigation only
   std::string path;               ///< of the camera's UNIX socket
@@ -195,6 +214,7 @@ struct OnboardConfig {
   RobotConfig robot;
   GpsConfig gps;
   AhrsConfig ahrs;
+  NavigationSettings navigation;
   CameraConfig camera;
   vision::Phase1PictureConfig picture;
   ScheduleSettings schedule;
@@ -208,6 +228,7 @@ struct OnboardConfig {
     v("robot", robot);
     v("gps", gps);
     v("ahrs", ahrs);
+    v("navigation", navigation, config::Optional{});
     v("camera", camera);
     v("picture", picture);
     v("schedule", schedule);

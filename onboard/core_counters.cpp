@@ -35,7 +35,15 @@ CoreCounters::CoreCounters(core::Counters& c)
       disagreed_(c.Register("camera.disagreed")),
       pictures_(c.Register("phase1.ordered")),
       busy_(c.Register("phase1.skipped_busy")),
-      blind_(c.Register("phase1.poses_extrapolated")) {}
+      blind_(c.Register("phase1.poses_extrapolated")),
+      nav_fixes_used_(c.Register("nav.fixes_used")),
+      nav_fixes_refused_(c.Register("nav.fixes_refused")),
+      nav_wrong_fixes_(c.Register("nav.wrong_fix_episodes")),
+      nav_resets_(c.Register("nav.resets")),
+      nav_outages_(c.Register("nav.outages")),
+      nav_late_(c.Register("nav.late_fused")),
+      nav_too_late_(c.Register("nav.too_late")),
+      nav_imu_refused_(c.Register("nav.imu_refused")) {}
 
 void CoreCounters::Set(const drivers::GnssStreamDecoder::Stats& stream,
                        const drivers::GnssEpochAssembler::Stats& epochs) {
@@ -79,6 +87,24 @@ void CoreCounters::Set(const PictureChain& pictures) {
   pictures_.Set(pictures.stats().pictures);
   busy_.Set(pictures.stats().skipped_busy);
   blind_.Set(pictures.stats().blind_poses);
+}
+
+void CoreCounters::Set(const estimation::NavigationStats& navigation) {
+  std::int64_t used = 0, refused = 0;
+  for (const auto source : {estimation::NavSource::kFixed, estimation::NavSource::kFloat,
+                            estimation::NavSource::kCode}) {
+    used += navigation.source[static_cast<std::size_t>(source)].accepted;
+    refused += navigation.source[static_cast<std::size_t>(source)].rejected;
+  }
+  nav_fixes_used_.Set(used);
+  nav_fixes_refused_.Set(refused);
+  nav_wrong_fixes_.Set(navigation.wrong_fix_episodes);
+  nav_resets_.Set(navigation.resets);
+  nav_outages_.Set(navigation.outages);
+  nav_late_.Set(navigation.late_fused);
+  nav_too_late_.Set(navigation.too_late);
+  nav_imu_refused_.Set(navigation.imu_backwards + navigation.imu_duplicates +
+                       navigation.imu_invalid + navigation.imu_spikes);
 }
 
 }  // namespace kawara::onboard

@@ -4,6 +4,7 @@
 #include "drivers/correction_forwarder.hpp"
 #include "drivers/gnss_epoch.hpp"
 #include "drivers/gnss_stream.hpp"
+#include "estimation/navigation_stats.hpp"
 #include "onboard/picture_chain.hpp"
 #include "onboard/pulse_chain.hpp"
 
@@ -21,6 +22,7 @@ class CoreCounters {
   void Set(const drivers::CorrectionForwarder::Stats& corrections);
   void Set(const PulseChain::Stats& pulses);
   void Set(const PictureChain& pictures);
+  void Set(const estimation::NavigationStats& navigation);
 
  private:
   core::Counter &gps_good_, &gps_bad_checksum_, &gps_skipped_bytes_, &gps_fixes_, &gps_timed_out_,
@@ -30,6 +32,8 @@ class CoreCounters {
   core::Counter &rtcm_forwarded_, &rtcm_bad_, &rtcm_refused_, &rtcm_dropped_;
   core::Counter &triggers_, &triggers_skipped_, &paired_, &missed_, &stray_, &doubled_, &disagreed_,
       &pictures_, &busy_, &blind_;
+  core::Counter &nav_fixes_used_, &nav_fixes_refused_, &nav_wrong_fixes_, &nav_resets_,
+      &nav_outages_, &nav_late_, &nav_too_late_, &nav_imu_refused_;
 };
 
 }  // namespace kawara::onboard

@@ -14,11 +14,10 @@ constexpr core::Duration kSameEpoch = core::Milliseconds(30);
 
 PictureChain::PictureChain(const CameraConfig& camera, const ScheduleConfig& schedule,
                            const estimation::GpsTimeline& timeline,
-                           const estimation::PoseComposer& composer, core::Events& events,
-                           CoreSink& out)
+                           const NavigationChain& navigation, core::Events& events, CoreSink& out)
     : camera_(camera),
       timeline_(timeline),
-      composer_(composer),
+      navigation_(navigation),
       events_(events),
       out_(out),
       scheduler_(schedule),
@@ -114,7 +113,7 @@ void PictureChain::SendPose(const Awaiting& wait, bool covered) {
   ExposurePose pose;
   pose.epoch = wait.epoch;
   pose.reason = wait.reason;
-  pose.body = composer_.At(wait.exposure, timeline_);
+  pose.body = navigation_.At(wait.exposure);
   if (!pose.body.time.IsSet() && system_utc_.IsSet()) {
     // No GPS time yet: better the computer's clock than none. The pose says that it is not valid.
     pose.body.time = core::ToGps(system_utc_ + (wait.exposure - system_mono_));

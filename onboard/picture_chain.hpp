@@ -5,11 +5,11 @@
 #include "core/events.hpp"
 #include "core/measurements.hpp"
 #include "estimation/gps_timeline.hpp"
-#include "estimation/pose_composer.hpp"
 #include "onboard/config.hpp"
 #include "onboard/core_sink.hpp"
 #include "onboard/fix_patience.hpp"
 #include "onboard/frame_pairing.hpp"
+#include "onboard/navigation_chain.hpp"
 
 namespace kawara::onboard {
 
@@ -26,7 +26,7 @@ class PictureChain {
   };
 
   PictureChain(const CameraConfig& camera, const ScheduleConfig& schedule,
-               const estimation::GpsTimeline& timeline, const estimation::PoseComposer& composer,
+               const estimation::GpsTimeline& timeline, const NavigationChain& navigation,
                core::Events& events, CoreSink& out);
 
   void OnFix(const core::GnssFix& fix);
@@ -61,7 +61,7 @@ class PictureChain {
 
   CameraConfig camera_;
   const estimation::GpsTimeline& timeline_;
-  const estimation::PoseComposer& composer_;
+  const NavigationChain& navigation_;
   core::Events& events_;
   CoreSink& out_;
   EpochScheduler scheduler_;

@@ -17,13 +17,6 @@ estimation::GpsTimelineConfig TimelineConfig(const GpsConfig& gps) {
   return config;
 }
 
-estimation::PoseComposerConfig ComposerConfig(const OnboardConfig& config) {
-  estimation::PoseComposerConfig composer;
-  composer.lever_arm_frd_m = config.gps.antenna_frd_m;
-  composer.heading.declination_rad = config.ahrs.magnetic_declination_deg * core::kRadFromDeg;
-  return composer;
-}
-
 drivers::CorrectionForwarderConfig ForwarderConfig(const OnboardConfig& config) {
   drivers::CorrectionForwarderConfig forwarder;
   if (config.gps.profile == "ashtech-legacy") {
@@ -43,14 +36,14 @@ ScheduleConfig WithLead(ScheduleConfig schedule, const CameraConfig& camera) {
 RobotCore::RobotCore(const OnboardConfig& config, core::Counters& counters, CoreSink& out)
     : out_(out),
       timeline_(TimelineConfig(config.gps)),
-      composer_(ComposerConfig(config)),
+      navigation_(config, timeline_, events_),
       pulses_(config.gps.pps, timeline_, events_),
       gps_(config.gps, events_, out, *this),
       ahrs_(config.ahrs, events_, out, *this),
       corrections_(ForwarderConfig(config), events_),
       wants_corrections_(config.corrections.source != "none"),
-      pictures_(config.camera, WithLead(config.schedule.rule, config.camera), timeline_, composer_,
-                events_, out),
+      pictures_(config.camera, WithLead(config.schedule.rule, config.camera), timeline_,
+                navigation_, events_, out),
       counters_(counters),
       configured_latency_s_(config.gps.latency_s) {}
 
@@ -120,14 +113,14 @@ void RobotCore::OnGpsFix(const core::GnssFix& fix) {
     latency_correction_ = core::DurationFromSeconds(fix.latency_s - configured_latency_s_);
   }
   timeline_.AddEpoch(fix.time, fix.arrival - latency_correction_);
-  composer_.AddFix(fix, timeline_);
+  navigation_.AddFix(fix);
   pictures_.OnFix(fix);
 }
 
 void RobotCore::OnAhrsSample(const core::AhrsSample& sample) {
   out_.OnAhrs(sample, GpsOf(sample.sampled));
   pictures_.OnAhrs(sample);
-  const core::Pose pose = composer_.AddAhrsAndCompose(sample, timeline_);
+  const core::Pose pose = navigation_.AddAhrs(sample);
   if (pose.valid) out_.OnPose(pose);
 }
 
@@ -200,6 +193,7 @@ void RobotCore::EverySecond(core::MonoTime now) {
   counters_.Set(corrections_.stats());
   counters_.Set(pulses_.stats());
   counters_.Set(pictures_);
+  counters_.Set(navigation_.navigator().stats());
   events_.Flush(now);
 }
 

@@ -5,12 +5,12 @@
 #include "core/events.hpp"
 #include "drivers/correction_forwarder.hpp"
 #include "estimation/gps_timeline.hpp"
-#include "estimation/pose_composer.hpp"
 #include "onboard/ahrs_chain.hpp"
 #include "onboard/config.hpp"
 #include "onboard/core_counters.hpp"
 #include "onboard/core_sink.hpp"
 #include "onboard/gps_chain.hpp"
+#include "onboard/navigation_chain.hpp"
 #include "onboard/picture_chain.hpp"
 #include "onboard/pulse_chain.hpp"
 
@@ -48,7 +48,7 @@ class RobotCore : private GpsListener, private AhrsListener {
   CoreSink& out_;
   core::Events events_;
   estimation::GpsTimeline timeline_;
-  estimation::PoseComposer composer_;
+  NavigationChain navigation_;
   PulseChain pulses_;
   GpsChain gps_;
   AhrsChain ahrs_;
