@@ -201,4 +201,26 @@ core::Expected<estimation::ClockStatus> FromMessage(const clock_t& m) {
   return status;
 }
 
+navigation_t ToMessage(const estimation::NavigationReport& report) {
+  navigation_t m{};
+  m.gps_ns = report.time.ns();
+  m.mono_ns = report.mono.ns();
+  m.state = static_cast<std::int8_t>(report.state);
+  m.reason = static_cast<std::int8_t>(report.reason);
+  m.text = std::string(ToString(report.state)) + ", " + ToString(report.reason);
+  for (int i = 0; i < 3; ++i) {
+    m.position_sd_ned_m[i] = report.position_sd_ned_m(i);
+    m.velocity_sd_ned_mps[i] = report.velocity_sd_ned_mps(i);
+    m.attitude_sd_deg[i] = report.attitude_sd_rad(i) * core::kDegFromRad;
+  }
+  m.gnss_age_s = report.gnss_age_s;
+  m.time_offset_s = report.time_offset_s;
+  m.time_offset_sd_s = report.time_offset_sd_s;
+  m.fixes_used = report.fixes_used;
+  m.fixes_refused = report.fixes_refused;
+  m.wrong_fix_episodes = report.wrong_fix_episodes;
+  m.resets = report.resets;
+  return m;
+}
+
 }  // namespace kawara::comms

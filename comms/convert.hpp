@@ -2,12 +2,14 @@
 #include <kawara/ahrs_sample_t.hpp>
 #include <kawara/clock_t.hpp>
 #include <kawara/gnss_fix_t.hpp>
+#include <kawara/navigation_t.hpp>
 #include <kawara/pose_t.hpp>
 #include <string_view>
 
 #include "core/expected.hpp"
 #include "core/measurements.hpp"
 #include "estimation/clock_types.hpp"
+#include "estimation/navigation_report.hpp"
 
 /// Between the plain types of the rooms below and their LCM messages. Angles are radians here,
 /// degrees in messages; every number goes over and back within one rounding (1e-15 of its size),
@@ -28,5 +30,8 @@ pose_t ToMessage(const core::Pose& pose);
 /// `stream`: "gps", "ahrs" or "pps".
 clock_t ToMessage(const estimation::ClockStatus& status, std::string_view stream = "gps");
 [[nodiscard]] core::Expected<estimation::ClockStatus> FromMessage(const clock_t& message);
+
+/// Robot and mission are the caller's to fill in. One way: nobody needs it back.
+navigation_t ToMessage(const estimation::NavigationReport& report);
 
 }  // namespace kawara::comms

@@ -10,6 +10,7 @@
 #include <kawara/frame_t.hpp>
 #include <kawara/gnss_fix_t.hpp>
 #include <kawara/log_crc_t.hpp>
+#include <kawara/navigation_t.hpp>
 #include <kawara/phase1_t.hpp>
 #include <kawara/pose_t.hpp>
 #include <kawara/raw_bytes_t.hpp>
@@ -29,10 +30,10 @@ void ForEachMessageType(F&& f) {
        std::type_identity<config_t>{}, std::type_identity<corrections_t>{},
        std::type_identity<counters_t>{}, std::type_identity<event_t>{},
        std::type_identity<frame_t>{}, std::type_identity<gnss_fix_t>{},
-       std::type_identity<log_crc_t>{}, std::type_identity<phase1_t>{},
-       std::type_identity<pose_t>{}, std::type_identity<raw_bytes_t>{},
-       std::type_identity<robot_pose_t>{}, std::type_identity<truth_exposure_t>{},
-       std::type_identity<truth_object_t>{});
+       std::type_identity<log_crc_t>{}, std::type_identity<navigation_t>{},
+       std::type_identity<phase1_t>{}, std::type_identity<pose_t>{},
+       std::type_identity<raw_bytes_t>{}, std::type_identity<robot_pose_t>{},
+       std::type_identity<truth_exposure_t>{}, std::type_identity<truth_object_t>{});
 }
 
 }  // namespace kawara::comms

@@ -34,8 +34,8 @@ class HeadingBank {
   explicit HeadingBank(const NavigationConfig& config);
 
   bool running() const { return running_; }
-  /// `calibrated`: a filter that ran before on the same vehicle (a gap in the samples ended it); what
-  /// it had learned of sensors and mounting is taken over, with doubt. Null: nothing is known.
+  /// `calibrated`: a filter that ran before on the same vehicle (a gap in the samples ended it);
+  /// what it had learned of sensors and mounting is taken over, with doubt. Null: nothing is known.
   void Start(const AlignmentStart& start, const NavigationFilter* calibrated);
   void Stop() { running_ = false; }
 

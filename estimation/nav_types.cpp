@@ -6,7 +6,6 @@
 
 #include "estimation/error_state.hpp"
 #include "estimation/local_frame.hpp"
-#include "estimation/navigation_stats.hpp"
 #include "estimation/rotation.hpp"
 
 namespace kawara::estimation {
@@ -53,13 +52,6 @@ const char* ToString(NavReason reason) {
       return "not-fixed";
   }
   return "?";
-}
-
-const char* ToString(NavSource source) {
-  constexpr const char* kNames[kNavSources] = {
-      "rtk fixed", "rtk float",   "code",       "velocity",   "two antennas",
-      "ahrs",      "wheel speed", "wheel turn", "constraint", "standstill"};
-  return kNames[static_cast<std::size_t>(source)];
 }
 
 Eigen::Vector3d NavSolution::position_sd_ned_m() const {

@@ -49,4 +49,7 @@ struct NavigationStats {
   std::int64_t alignments = 0;
 };
 
+/// Counts of one stretch of navigation and the next.
+NavigationStats operator+(const NavigationStats& a, const NavigationStats& b);
+
 }  // namespace kawara::estimation

@@ -125,22 +125,9 @@ class Navigator::Impl {
 
   NavigationStats& own_stats() { return stats_; }
   const NavigationStats& stats() {
-    if (filter_) {
-      combined_ = filter_->stats();
-      combined_.imu_samples = stats_.imu_samples;
-      combined_.imu_duplicates = stats_.imu_duplicates;
-      combined_.imu_backwards = stats_.imu_backwards;
-      combined_.imu_invalid = stats_.imu_invalid;
-      combined_.imu_spikes = stats_.imu_spikes;
-      combined_.imu_gaps = stats_.imu_gaps;
-      combined_.late_fused = stats_.late_fused;
-      combined_.too_late = stats_.too_late;
-      combined_.invalid = stats_.invalid;
-      combined_.repeated = stats_.repeated;
-      combined_.alignments = stats_.alignments;
-      return combined_;
-    }
-    return stats_;
+    if (!filter_) return stats_;
+    combined_ = stats_ + filter_->stats();
+    return combined_;
   }
   const NavSolution& latest() const { return latest_; }
   const NavigationFilter* filter() const { return filter_ ? &*filter_ : nullptr; }
@@ -169,6 +156,7 @@ class Navigator::Impl {
   }
 
   void Restart() {
+    if (filter_) stats_ = stats_ + filter_->stats();
     if (filter_ && !filter_->lost()) calibrated_ = filter_;
     if (calibrated_) calibrated_->SetTape(nullptr);
     filter_.reset();
@@ -279,6 +267,8 @@ class Navigator::Impl {
       if (const NavigationFilter* winner = bank_.Winner()) {
         filter_ = *winner;
         filter_->SetHypothesis(false);
+        // What a filter before it left on the tape has nothing to do with this one.
+        if (tape_ != nullptr) tape_->AddForget(0, kErrorStates);
         filter_->SetTape(tape_);
         bank_.Stop();
         ++stats_.alignments;
@@ -310,7 +300,7 @@ class Navigator::Impl {
   std::vector<Checkpoint> checkpoints_;       ///< ascending time
   std::uint64_t next_sample_ = 0;
   NavSolution latest_;
-  NavigationStats stats_;  ///< of what happens before the filter
+  NavigationStats stats_;  ///< of what happens before the filter, and of the filters before it
   NavigationStats combined_;
   FilterTape* tape_ = nullptr;
   double velocity_delay_s_ = 0.0;  ///< that new velocities are placed with

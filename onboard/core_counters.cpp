@@ -89,17 +89,12 @@ void CoreCounters::Set(const PictureChain& pictures) {
   blind_.Set(pictures.stats().blind_poses);
 }
 
-void CoreCounters::Set(const estimation::NavigationStats& navigation) {
-  std::int64_t used = 0, refused = 0;
-  for (const auto source : {estimation::NavSource::kFixed, estimation::NavSource::kFloat,
-                            estimation::NavSource::kCode}) {
-    used += navigation.source[static_cast<std::size_t>(source)].accepted;
-    refused += navigation.source[static_cast<std::size_t>(source)].rejected;
-  }
-  nav_fixes_used_.Set(used);
-  nav_fixes_refused_.Set(refused);
-  nav_wrong_fixes_.Set(navigation.wrong_fix_episodes);
-  nav_resets_.Set(navigation.resets);
+void CoreCounters::Set(const estimation::NavigationReport& report,
+                       const estimation::NavigationStats& navigation) {
+  nav_fixes_used_.Set(report.fixes_used);
+  nav_fixes_refused_.Set(report.fixes_refused);
+  nav_wrong_fixes_.Set(report.wrong_fix_episodes);
+  nav_resets_.Set(report.resets);
   nav_outages_.Set(navigation.outages);
   nav_late_.Set(navigation.late_fused);
   nav_too_late_.Set(navigation.too_late);

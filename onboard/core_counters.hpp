@@ -4,6 +4,7 @@
 #include "drivers/correction_forwarder.hpp"
 #include "drivers/gnss_epoch.hpp"
 #include "drivers/gnss_stream.hpp"
+#include "estimation/navigation_report.hpp"
 #include "estimation/navigation_stats.hpp"
 #include "onboard/picture_chain.hpp"
 #include "onboard/pulse_chain.hpp"
@@ -22,7 +23,8 @@ class CoreCounters {
   void Set(const drivers::CorrectionForwarder::Stats& corrections);
   void Set(const PulseChain::Stats& pulses);
   void Set(const PictureChain& pictures);
-  void Set(const estimation::NavigationStats& navigation);
+  void Set(const estimation::NavigationReport& report,
+           const estimation::NavigationStats& navigation);
 
  private:
   core::Counter &gps_good_, &gps_bad_checksum_, &gps_skipped_bytes_, &gps_fixes_, &gps_timed_out_,

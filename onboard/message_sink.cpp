@@ -80,6 +80,13 @@ void MessageSink::OnPose(const core::Pose& pose) { SendPose("POSE", pose); }
 
 void MessageSink::OnExposurePose(const ExposurePose& pose) { SendPose("POSE.EPOCH", pose.body); }
 
+void MessageSink::OnNavigation(const estimation::NavigationReport& report) {
+  auto message = comms::ToMessage(report);
+  message.robot = robot_.name;
+  message.mission = robot_.mission;
+  Send("NAV", message, Reach::kBusAndLog);
+}
+
 void MessageSink::OnClock(const estimation::ClockStatus& clock) {
   Send("CLOCK", comms::ToMessage(clock), Reach::kBusAndLog);
 }

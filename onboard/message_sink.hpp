@@ -31,6 +31,7 @@ class MessageSink : public CoreSink {
   void OnFix(const core::GnssFix& fix) override;
   void OnAhrs(const core::AhrsSample& sample, core::GpsTime sampled) override;
   void OnPose(const core::Pose& pose) override;
+  void OnNavigation(const estimation::NavigationReport& report) override;
   void OnClock(const estimation::ClockStatus& clock) override;
   void OnEvent(const core::Event& event, core::GpsTime time) override;
   void OnNote(core::MonoTime mono, const EventNote& note, core::GpsTime time) override;

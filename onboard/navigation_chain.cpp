@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "estimation/local_frame.hpp"
+#include "estimation/navigation_filter.hpp"
 
 namespace kawara::onboard {
 namespace {
@@ -134,6 +135,33 @@ void NavigationChain::TellChanges(core::MonoTime now) {
     events_.Info(now, "nav.state", text);
   }
   told_ = solution.state;
+  changed_ = true;
+}
+
+estimation::NavigationReport NavigationChain::Report(core::MonoTime now) const {
+  const estimation::NavSolution& solution = navigator_.Latest();
+  const estimation::NavigationStats& stats = navigator_.stats();
+  estimation::NavigationReport report;
+  report.time = solution.time;
+  report.mono = now;
+  report.state = solution.state;
+  report.reason = solution.reason;
+  report.position_sd_ned_m = solution.position_sd_ned_m();
+  report.velocity_sd_ned_mps = solution.velocity_sd_ned_mps();
+  report.attitude_sd_rad = solution.attitude_sd_rad();
+  report.gnss_age_s = solution.gnss_age_s;
+  if (const estimation::NavigationFilter* filter = navigator_.filter()) {
+    report.time_offset_s = filter->time_offset().value_s;
+    report.time_offset_sd_s = filter->time_offset().sd_s;
+  }
+  for (const auto source : {estimation::NavSource::kFixed, estimation::NavSource::kFloat,
+                            estimation::NavSource::kCode}) {
+    report.fixes_used += stats.source[static_cast<std::size_t>(source)].accepted;
+    report.fixes_refused += stats.source[static_cast<std::size_t>(source)].rejected;
+  }
+  report.wrong_fix_episodes = stats.wrong_fix_episodes;
+  report.resets = stats.resets;
+  return report;
 }
 
 }  // namespace kawara::onboard

@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <utility>
 
 #include "core/events.hpp"
 #include "core/measurements.hpp"
 #include "estimation/gps_timeline.hpp"
+#include "estimation/navigation_report.hpp"
 #include "estimation/navigator.hpp"
 #include "estimation/pose_composer.hpp"
 #include "onboard/config.hpp"
@@ -28,6 +30,10 @@ class NavigationChain {
   /// Of the filter; kNone state while there is none.
   const estimation::NavSolution& solution() const { return navigator_.Latest(); }
   const estimation::Navigator& navigator() const { return navigator_; }
+  bool has_filter() const { return settings_.filter; }
+  estimation::NavigationReport Report(core::MonoTime now) const;
+  /// The state is another since the last call.
+  bool TakeChange() { return std::exchange(changed_, false); }
 
  private:
   core::Pose PoseOf(const estimation::NavSolution& solution, core::MonoTime mono) const;
@@ -42,6 +48,7 @@ class NavigationChain {
   estimation::NavState told_ = estimation::NavState::kNone;
   bool told_refusing_ = false;
   std::int64_t told_resets_ = 0;
+  bool changed_ = false;
 };
 
 }  // namespace kawara::onboard

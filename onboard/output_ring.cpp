@@ -57,6 +57,9 @@ void OutputRing::OnAhrs(const core::AhrsSample& sample, core::GpsTime sampled) {
   Push(Kind::kAhrs, sample, sampled);
 }
 void OutputRing::OnPose(const core::Pose& pose) { Push(Kind::kPose, pose); }
+void OutputRing::OnNavigation(const estimation::NavigationReport& report) {
+  Push(Kind::kNavigation, report);
+}
 void OutputRing::OnClock(const estimation::ClockStatus& clock) { Push(Kind::kClock, clock); }
 void OutputRing::OnEvent(const core::Event& event, core::GpsTime time) {
   Push(Kind::kEvent, event, time);
@@ -97,6 +100,8 @@ bool OutputRing::TryDeliver(CoreSink& sink) {
         return sink.OnAhrs(FromBytes<core::AhrsSample>(bytes), header.time);
       case Kind::kPose:
         return sink.OnPose(FromBytes<core::Pose>(bytes));
+      case Kind::kNavigation:
+        return sink.OnNavigation(FromBytes<estimation::NavigationReport>(bytes));
       case Kind::kClock:
         return sink.OnClock(FromBytes<estimation::ClockStatus>(bytes));
       case Kind::kEvent:

@@ -23,6 +23,7 @@ class OutputRing : public CoreSink {
   void OnFix(const core::GnssFix& fix) override;
   void OnAhrs(const core::AhrsSample& sample, core::GpsTime sampled) override;
   void OnPose(const core::Pose& pose) override;
+  void OnNavigation(const estimation::NavigationReport& report) override;
   void OnClock(const estimation::ClockStatus& clock) override;
   void OnEvent(const core::Event& event, core::GpsTime time) override;
   void OnNote(core::MonoTime mono, const EventNote& note, core::GpsTime time) override;
@@ -50,6 +51,7 @@ class OutputRing : public CoreSink {
     kFix,
     kAhrs,
     kPose,
+    kNavigation,
     kClock,
     kEvent,
     kNote,

@@ -122,6 +122,7 @@ void RobotCore::OnAhrsSample(const core::AhrsSample& sample) {
   pictures_.OnAhrs(sample);
   const core::Pose pose = navigation_.AddAhrs(sample);
   if (pose.valid) out_.OnPose(pose);
+  if (navigation_.TakeChange()) out_.OnNavigation(navigation_.Report(sample.arrival));
 }
 
 core::GpsTime RobotCore::GpsOf(core::MonoTime mono) const {
@@ -188,12 +189,14 @@ void RobotCore::EverySecond(core::MonoTime now) {
   if (wants_corrections_) corrections_.Tick(now);
   pulses_.Tick(now);
   if (timeline_.valid()) out_.OnClock(timeline_.Status(now));
+  const estimation::NavigationReport navigation = navigation_.Report(now);
+  if (navigation_.has_filter()) out_.OnNavigation(navigation);
   counters_.Set(gps_.stream_stats(), gps_.epoch_stats());
   counters_.Set(ahrs_.stats());
   counters_.Set(corrections_.stats());
   counters_.Set(pulses_.stats());
   counters_.Set(pictures_);
-  counters_.Set(navigation_.navigator().stats());
+  counters_.Set(navigation, navigation_.navigator().stats());
   events_.Flush(now);
 }
 

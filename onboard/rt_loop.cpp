@@ -62,6 +62,9 @@ class RtLoop::ActingSink final : public CoreSink {
     ring_.OnAhrs(sample, sampled);
   }
   void OnPose(const core::Pose& pose) override { ring_.OnPose(pose); }
+  void OnNavigation(const estimation::NavigationReport& report) override {
+    ring_.OnNavigation(report);
+  }
   void OnClock(const estimation::ClockStatus& clock) override { ring_.OnClock(clock); }
   void OnEvent(const core::Event& event, core::GpsTime time) override {
     ring_.OnEvent(event, time);
