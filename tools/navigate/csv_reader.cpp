@@ -24,12 +24,12 @@ std::string_view Trimmed(std::string_view text) {
   return text;
 }
 
-std::vector<std::string_view> Split(std::string_view line) {
-  std::vector<std::string_view> fields;
+void Split(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
   for (;;) {
     const std::size_t comma = line.find(',');
     fields.push_back(Trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
+    if (comma == std::string_view::npos) return;
     line.remove_prefix(comma + 1);
   }
 }
@@ -119,7 +119,8 @@ core::Expected<void> CsvReader::ReadHeader(Header header) {
                         file_.path() + ": empty, expected a header line with " + Joined(wanted));
     }
     if (Trimmed(**line).empty() || (*line)->starts_with('#')) continue;
-    const std::vector<std::string_view> names = Split(**line);
+    std::vector<std::string_view> names;
+    Split(**line, names);
     if (!std::ranges::all_of(names, [](auto name) { return ParseNumber(name).has_value(); })) {
       return UseNames(names);
     }
@@ -214,7 +215,8 @@ core::Expected<std::optional<CsvReader::Row>> CsvReader::Next() {
       text = **line;
     }
     if (text.starts_with('#') || Trimmed(text).empty()) continue;
-    if (!ParseRow(Split(text))) continue;
+    Split(text, row_);
+    if (!ParseRow(row_)) continue;
     ++report_.good_rows;
     return std::optional<Row>(Row{number_, time_});
   }

@@ -85,6 +85,7 @@ class CsvReader {
   std::vector<std::optional<std::size_t>> field_of_;  ///< by column
   std::size_t fields_ = 0;
   std::optional<std::string> pending_;  ///< the first line, where it was no header
+  std::vector<std::string_view> row_;   ///< the fields of the row at hand
   std::vector<double> number_;
   std::vector<std::optional<core::GpsTime>> time_;
   CsvReport report_;

@@ -36,6 +36,7 @@ class TrajectoryFile {
  private:
   explicit TrajectoryFile(SafeFile file) : file_(std::move(file)) {}
   SafeFile file_;
+  std::string line_;
   std::int64_t rows_ = 0;
 };
 
