@@ -1,6 +1,7 @@
 # programs: kawara-navigate
 """./run bench navigation: what kawara-navigate reaches on the recorded drive and on the synthetic set, beside the goals
-and what other programs were measured to reach on the same data. Prints a Markdown table; figures also as JSON."""
+and what other programs were measured to reach on the same data. Prints a Markdown table; figures also as JSON. With
+--into README.md the table takes the place of the one between the marks there."""
 import argparse
 import json
 import pathlib
@@ -184,16 +185,32 @@ def drive(table, folder):
 PARTS = {"sim": lambda t, f: sim(t), "antenna": second_antenna, "late": late_data, "alignment": alignment, "drive": drive}
 
 
+MARKS = ("<!-- ./run bench navigation -->\n", "<!-- end -->")
+
+
+def put_into(path, text):
+    """Replaces what stands between the marks of a file."""
+    page = path.read_text()
+    begin, end = page.index(MARKS[0]) + len(MARKS[0]), page.index(MARKS[1])
+    path.write_text(page[:begin] + text + "\n" + page[end:])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("parts", nargs="*", choices=PARTS, help="only these")
+    parser.add_argument("parts", nargs="*", help=f"only these of {', '.join(PARTS)}")
     parser.add_argument("--json", help="figures into this file")
+    parser.add_argument("--into", help="file whose table is replaced", type=pathlib.Path)
     args = parser.parse_args()
+    for part in args.parts:
+        if part not in PARTS:
+            parser.error(f"no part '{part}'; there are: {', '.join(PARTS)}")
     table = Table()
     for name in args.parts or PARTS:
         with tempfile.TemporaryDirectory(prefix="kawara-") as folder:
             PARTS[name](table, pathlib.Path(folder))
     print(table.markdown())
+    if args.into:
+        put_into(args.into, table.markdown())
     if args.json:
         pathlib.Path(args.json).write_text(json.dumps(table.figures, indent=1) + "\n")
     if table.failed:
