@@ -1,5 +1,7 @@
 #include "tools/navigate/navigation_run.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,6 +10,17 @@
 #include "estimation/smoother.hpp"
 
 namespace kawara::navigate {
+namespace {
+
+/// Computing time of this thread so far: unlike the clock on the wall it does not count what other
+/// programs on a busy machine take.
+core::Duration ComputingTime() {
+  timespec t{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return core::Seconds(t.tv_sec) + core::Nanoseconds(t.tv_nsec);
+}
+
+}  // namespace
 
 NavigationRun::NavigationRun(const RunOptions& options, const std::vector<Reference>& references,
                              TrajectoryFile& trajectory)
@@ -28,7 +41,7 @@ estimation::NavSolution NavigationRun::Wanted(const estimation::NavSolution& at_
 }
 
 void NavigationRun::AddAid(const Aid& aid) {
-  const core::MonoTime start = core::MonoNow();
+  const core::Duration start = ComputingTime();
   if (const auto* fix = std::get_if<core::GnssFix>(&aid.data)) {
     navigator_.AddFix(*fix);
   } else if (const auto* odometry = std::get_if<estimation::OdometrySample>(&aid.data)) {
@@ -36,15 +49,15 @@ void NavigationRun::AddAid(const Aid& aid) {
   } else if (const auto* attitude = std::get_if<estimation::AttitudeSample>(&aid.data)) {
     navigator_.AddAttitude(*attitude);
   }
-  filter_time_ += core::MonoNow() - start;
+  filter_time_ += ComputingTime() - start;
 }
 
 core::Expected<void> NavigationRun::AddImu(const estimation::ImuSample& sample) {
   if (!first_imu_.IsSet()) first_imu_ = sample.time;
   last_imu_ = std::max(last_imu_, sample.time);
-  const core::MonoTime start = core::MonoNow();
+  const core::Duration start = ComputingTime();
   const bool fresh = navigator_.AddImu(sample);
-  filter_time_ += core::MonoNow() - start;
+  filter_time_ += ComputingTime() - start;
   const estimation::NavSolution& solution = navigator_.Latest();
   // The offset of the IMU's clock is being estimated and moves the stamps a little: never back.
   if (!fresh || !solution.valid() || (last_ && solution.time <= last_->time)) return {};
@@ -68,7 +81,7 @@ core::Expected<void> NavigationRun::Finish() {
 core::Expected<void> NavigationRun::FinishSmoothed() {
   std::vector<TrajectoryPoint> newest_first;
   std::optional<estimation::NavSolution> later;
-  const core::MonoTime start = core::MonoNow();
+  const core::Duration start = ComputingTime();
   estimation::Smooth(tape_, [&](const estimation::NavSolution& solution) {
     if (!solution.valid() || (later && solution.time >= later->time)) return true;
     if (later) smoothed_->AddStretch(solution, *later);
@@ -76,7 +89,7 @@ core::Expected<void> NavigationRun::FinishSmoothed() {
     newest_first.push_back(TrajectoryPoint::Of(Wanted(solution)));
     return true;
   });
-  smoother_time_ = core::MonoNow() - start;
+  smoother_time_ = ComputingTime() - start;
   for (auto point = newest_first.rbegin(); point != newest_first.rend(); ++point) {
     if (options_.plot) plot_.Add(*point);
     if (auto ok = trajectory_.Add(*point); !ok) return ok;

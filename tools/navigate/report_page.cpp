@@ -147,9 +147,11 @@ std::string ReportPage(const PlotData& plot, const std::vector<TimeWindow>& blan
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
       Escaped(title) + "</title>\n<style>" + kReportStyle + "</style></head><body>\n<h1>" +
       Escaped(title) +
-      "</h1>\n<div id=\"legend\"></div>\n<div id=\"page\"><div id=\"plan\"></div><div "
-      "id=\"panels\"></div></div>\n<h2>Summary</h2>\n<pre>" +
-      Escaped(summary) + "</pre>\n<script>\n\"use strict\";\nconst D = {\n\"t0\":";
+      "</h1>\n<div id=\"legend\"></div>\n<div id=\"page\"><div><div "
+      "id=\"plan\"></div><h2>Summary</h2>\n<pre>" +
+      Escaped(summary) +
+      "</pre></div><div id=\"panels\"></div></div>\n<script>\n\"use strict\";\nconst D = "
+      "{\n\"t0\":";
   AppendNumber(page, t0, 0);
   page += ",\n";
   AppendTrack(page, plot, t0);

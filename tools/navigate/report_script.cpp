@@ -11,14 +11,14 @@ h2 { font-size: 1rem; margin: 1rem 0 .3rem; }
 #legend { display: flex; flex-wrap: wrap; gap: .2rem 1rem; margin-bottom: .5rem; color: #445; }
 #legend i { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin-right: .35em; vertical-align: -.05em; }
 #page { display: grid; grid-template-columns: minmax(320px, 2fr) 3fr; gap: 1rem; align-items: start; }
-#plan { position: sticky; top: .5rem; }
-@media (max-width: 900px) { #page { grid-template-columns: 1fr; } #plan { position: static; } }
+#page > div { min-width: 0; }
+@media (max-width: 900px) { #page { grid-template-columns: 1fr; } }
 canvas { display: block; width: 100%; touch-action: pan-y; }
 #panels canvas { cursor: crosshair; }
 .cap { display: flex; justify-content: space-between; gap: 1rem; font-size: 12px; margin: .45rem 0 .1rem; }
 .cap b { white-space: nowrap; }
 .cap span { color: #556; white-space: nowrap; overflow: hidden; font-variant-numeric: tabular-nums; }
-pre { background: #f5f7f9; border: 1px solid #dde3ea; border-radius: 4px; padding: .7rem; overflow-x: auto; font-size: 12px; }
+pre { background: #f5f7f9; border: 1px solid #dde3ea; border-radius: 4px; padding: .7rem; overflow-x: auto; font-size: 11px; }
 .none { padding: 2rem; background: #f5f7f9; }
 )css";
 

@@ -48,7 +48,7 @@ struct RunSummary {
   std::int64_t rows = 0;
   std::int64_t bad_rows = 0;  ///< of the input files
   double filter_s = 0.0;      ///< computing time of the navigator alone
-  double smoother_s = 0.0;
+  double smoother_s = 0.0;    ///< computing time
   double total_s = 0.0;  ///< wall time of the whole program
 };
 
