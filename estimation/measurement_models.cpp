@@ -86,6 +86,8 @@ AxleVelocity AxleVelocityOf(const NominalState& state, const BodyMotion& motion)
   v.by_gyro_bias = mounting.vehicle_from_body * CrossMatrix(axle);
   v.by_pitch = mounting.by_pitch * body;
   v.by_yaw = mounting.by_yaw * body;
+  v.by_squat = acceleration.x() * v.by_pitch;
+  v.by_sideslip = acceleration.y() * v.by_yaw;
   v.by_axle = mounting.vehicle_from_body * motion.rate_radps.cross(Eigen::Vector3d::UnitX()).eval();
   return v;
 }
