@@ -80,7 +80,34 @@ class VirtualTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         errors = json.loads((self.folder / "errors.json").read_text())
         self.assertGreater(errors["3D"]["n"], 30)
-        self.assertLess(errors["3D"]["median"], 0.15)
+        self.assertLess(errors["horizontal"]["rms"], 0.03)
+        self.assertLess(errors["3D"]["median"], 0.05)
+        for angle in ("roll", "pitch"):
+            self.assertLess(errors[angle]["rms"], 0.5, angle)
+        self.assertLess(errors["yaw"]["rms"], 2.0)
+
+    def test_the_filter_betters_fix_and_attitude_unit(self):
+        log, truth = self.site("a", "--duration", "60", *BLIND)
+        plain, plain_truth = self.site("b", "--duration", "60", "--onboard-set", "navigation.filter=false", *BLIND)
+        filtered, composed = (self.errors(l, t) for l, t in ((log, truth), (plain, plain_truth)))
+        for quantity in ("horizontal", "roll", "pitch"):
+            self.assertLess(filtered[quantity]["rms"], 0.7 * composed[quantity]["rms"], quantity)
+        self.assertEqual(self.export(plain, "NAV"), [])
+
+    def test_nav_says_how_the_solution_stands(self):
+        log, _ = self.site("a", "--duration", "45", "--fault", "t=30 gps.silent 4s", *BLIND)
+        said = [row["text"] for row in self.export(log, "NAV")]
+        for state in ("none, no-fix-yet", "fixed, nominal", "dead-reckoning, no-gnss"):
+            self.assertIn(state, said)
+        self.assertEqual(said[-1], "fixed, nominal")
+
+    def errors(self, log, truth):
+        poses = log.with_suffix(".poses.csv")
+        self.assertEqual(run("kawara-log", "export", log, "--channel", "POSE", "--out", poses, timeout=60).returncode, 0)
+        out = log.with_suffix(".errors.json")
+        done = run("kawara-evaluate", "poses", "--truth", truth / "truth_trajectory.csv", "--result", poses, "--json", out, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(out.read_text())
 
     def test_pictures_come_as_they_were_triggered_and_pulses_make_their_times_sharp(self):
         first, truth = self.site("a", "--start", "15", "--duration", "20", *SEEING)
