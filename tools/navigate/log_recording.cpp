@@ -104,6 +104,7 @@ core::Expected<LogRecording> ReadLog(const std::vector<std::string>& paths,
 
   LogRecording recording;
   recording.antenna_frd_m = config->gps.antenna_frd_m;
+  recording.sensor = config->navigation.sensor;
   SampleCollector collector(config->ahrs.magnetic_declination_deg * core::kRadFromDeg, recording);
   core::Counters counters;
   onboard::RobotCore robot(*config, counters, collector);

@@ -18,8 +18,10 @@ struct LogRecording {
   /// `received` lies between the inertial samples that the epoch came between.
   std::vector<GnssRow> gnss;
   std::vector<Aid> attitudes;
-  Eigen::Vector3d antenna_frd_m = Eigen::Vector3d::Zero();  ///< of the robot's configuration
-  std::vector<std::string> remarks;                         ///< damage of the log
+  // Of the robot's configuration:
+  Eigen::Vector3d antenna_frd_m = Eigen::Vector3d::Zero();
+  std::string sensor;                ///< profile of the inertial unit
+  std::vector<std::string> remarks;  ///< damage of the log
 };
 
 /// Reads LCM logs (files or folders) of kawara-onboard. The configuration is that of the log, or

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "estimation/sensor_profile.hpp"
 #include "tools/navigate/log_recording.hpp"
 #include "tools/navigate/merge.hpp"
 #include "tools/navigate/progress.hpp"
@@ -39,13 +40,17 @@ core::Expected<Input> OpenCsv(const Options& options) {
   return input;
 }
 
-core::Expected<Input> OpenLog(const Options& options, Eigen::Vector3d& lever_arm_frd_m) {
+core::Expected<Input> OpenLog(const Options& options, estimation::NavigationConfig& navigation) {
   Input input;
   input.name = options.logs.front();
   auto read = ReadLog(options.logs, options.config);
   if (!read) return tl::unexpected(read.error());
   for (const std::string& remark : read->remarks) Remark(remark);
-  if (options.lever.empty()) lever_arm_frd_m = read->antenna_frd_m;
+  if (options.lever.empty()) navigation.lever_arm_frd_m = read->antenna_frd_m;
+  if (const auto noise = estimation::FindSensorProfile(read->sensor);
+      noise && options.sensor.empty()) {
+    navigation.imu = *noise;
+  }
   auto aids = MakeAids(options.withheld, read->gnss, std::move(read->attitudes));
   if (!aids) return tl::unexpected(aids.error());
   input.aids = std::move(*aids);
@@ -106,8 +111,7 @@ tl::expected<void, Failure> Navigate(const Options& options) {
   const core::MonoTime start = core::MonoNow();
   auto run_options = RunOptionsOf(options);
   if (!run_options) return asked(run_options.error());
-  auto input = options.logs.empty() ? OpenCsv(options)
-                                    : OpenLog(options, run_options->navigation.lever_arm_frd_m);
+  auto input = options.logs.empty() ? OpenCsv(options) : OpenLog(options, run_options->navigation);
   if (!input) return asked(input.error());
   for (const CsvReport& report : input->aids.reports) Tell(report);
   auto trajectory = TrajectoryFile::Create(options.out);

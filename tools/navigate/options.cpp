@@ -10,7 +10,7 @@ namespace kawara::navigate {
 namespace {
 
 std::string ProfilesHelp() {
-  std::string text = "Inertial unit:";
+  std::string text = std::string("Inertial unit (") + kDefaultSensor + ", or the log's):";
   for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {
     text += "\n" + std::string(profile.name) + ": " + std::string(profile.about);
   }
@@ -57,7 +57,7 @@ void AddOptions(CLI::App& app, Options& o) {
                  "Only the windows whose column 'run' is this");
   app.add_option("--hold-out", o.withheld.hold_out,
                  "CSV of epochs t: withheld from the filter, scored at the end");
-  app.add_option("--sensor", o.sensor, ProfilesHelp())->capture_default_str();
+  app.add_option("--sensor", o.sensor, ProfilesHelp());
   app.add_option("--lever", o.lever,
                  "Antenna seen from the IMU [m]: forward,right,down (0,0,0, or the log's)");
   app.add_option("--at", o.at, "Whose trajectory: imu or antenna")->capture_default_str();
@@ -78,7 +78,8 @@ core::Expected<RunOptions> RunOptionsOf(const Options& options) {
     return core::Fail(core::ErrorCode::kInvalidArgument, message);
   };
   RunOptions run;
-  const auto noise = estimation::FindSensorProfile(options.sensor);
+  const auto noise =
+      estimation::FindSensorProfile(options.sensor.empty() ? kDefaultSensor : options.sensor);
   if (!noise) {
     std::string names;
     for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {

@@ -19,7 +19,7 @@ struct Options {
   std::string imu;
   AidFiles aids;
   WithheldFiles withheld;
-  std::string sensor = "ahrs400cc-100";
+  std::string sensor;
   std::string lever;
   std::string at = "imu";
   std::string constraint = "auto";
@@ -29,10 +29,13 @@ struct Options {
   std::string out;
 };
 
+inline constexpr const char* kDefaultSensor = "ahrs400cc-100";
+
 void AddOptions(CLI::App& app, Options& options);
 
-/// What the words mean; the lever arm where none is given is the caller's. Errors:
-/// kInvalidArgument, one line (an unknown profile is answered with those there are).
+/// What the words mean; where neither sensor nor lever arm is given, those of kDefaultSensor and
+/// zero: a log may know better. Errors: kInvalidArgument, one line (an unknown profile is answered
+/// with those there are).
 core::Expected<RunOptions> RunOptionsOf(const Options& options);
 
 }  // namespace kawara::navigate

@@ -49,7 +49,7 @@ struct RunSummary {
   std::int64_t bad_rows = 0;  ///< of the input files
   double filter_s = 0.0;      ///< computing time of the navigator alone
   double smoother_s = 0.0;    ///< computing time
-  double total_s = 0.0;  ///< wall time of the whole program
+  double total_s = 0.0;       ///< wall time of the whole program
 };
 
 /// As a table for people.
