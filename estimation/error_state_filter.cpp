@@ -30,16 +30,40 @@ void ApplyTo(double* x, const Transition& f) {
   attitude.noalias() += f.attitude_gyro_bias * rate_error;
 }
 
+/// columns first..first+2 of `out` += three columns of P times the transposed block.
+using Rows = Eigen::Matrix<double, kErrorStates, 9>;
+using Three = Eigen::Matrix<double, kErrorStates, 3>;
+template <class Columns>
+void AddProduct(Rows& out, int first, const Columns& columns, const Eigen::Matrix3d& block) {
+  for (int i = 0; i < 3; ++i) {
+    out.col(first + i) +=
+        columns.col(0) * block(i, 0) + columns.col(1) * block(i, 1) + columns.col(2) * block(i, 2);
+  }
+}
+
 /// P <- F P F^T, P symmetric. Only the first nine errors change.
 void Transform(ErrorCovariance& p, const Transition& f) {
-  for (int column = 0; column < kErrorStates; ++column) ApplyTo(p.col(column).data(), f);
-  // Now p = F P in its first nine rows. Behind the ninth column that is the answer; in front of it
-  // the transposed half still wants F from the right.
-  Eigen::Matrix<double, kErrorStates, 9> rows = p.topRows<9>().transpose();
-  for (int column = 0; column < 9; ++column) ApplyTo(rows.col(column).data(), f);
-  p.topLeftCorner<9, 9>() = rows.topRows<9>();
-  p.bottomLeftCorner<kErrorStates - 9, 9>() = rows.bottomRows<kErrorStates - 9>();
+  // The first nine rows of F P, each as a column: so all work goes along columns.
+  Rows rows = p.leftCols<9>();
+  rows.middleCols<3>(kPosition) += f.dt_s * p.middleCols<3>(kVelocity);
+  AddProduct(rows, kVelocity, p.middleCols<3>(kAttitude), f.velocity_attitude);
+  Three force_error = p.middleCols<3>(kAccelBias);
+  force_error += p.middleCols<3>(kAccelScale) * f.force.asDiagonal();
+  AddProduct(rows, kVelocity, force_error, f.velocity_accel_bias);
+  AddProduct(rows, kAttitude, p.middleCols<3>(kAttitude), f.attitude_attitude);
+  Three rate_error = p.middleCols<3>(kGyroBias);
+  rate_error += p.middleCols<3>(kGyroScale) * f.rate.asDiagonal();
+  rate_error.leftCols<2>() += f.rate.z() * p.middleCols<2>(kGyroCross);
+  AddProduct(rows, kAttitude, rate_error, f.attitude_gyro_bias);
+
+  p.leftCols<9>() = rows;
   p.topRightCorner<9, kErrorStates - 9>() = rows.bottomRows<kErrorStates - 9>().transpose();
+  // The first nine by nine still want F from the right. One half is taken for both: in rounding
+  // they differ.
+  for (int column = 0; column < 9; ++column) ApplyTo(rows.col(column).data(), f);
+  for (int column = 0; column < 9; ++column) {
+    for (int row = column; row < 9; ++row) p(row, column) = p(column, row) = rows(row, column);
+  }
 }
 
 }  // namespace
@@ -197,10 +221,14 @@ void ErrorStateFilter::Update(const MeasurementRows& rows, const Innovation& inn
     update.innovation(row) = 0.0;
   }
   const ErrorVector error = update.gain * update.innovation;
-  for (int row = 0; row < innovation.rows; ++row) {
-    const ErrorVector gain = update.gain.col(row);
-    for (int column = 0; column < kErrorStates; ++column) {
-      covariance_.col(column) -= gain * gain(column);
+  const auto& gain = update.gain;
+  for (int column = 0; column < kErrorStates; ++column) {
+    auto of = covariance_.col(column);
+    if (innovation.rows == 1) {
+      of -= gain.col(0) * gain(column, 0);
+    } else {
+      of -= gain.col(0) * gain(column, 0) + gain.col(1) * gain(column, 1) +
+            gain.col(2) * gain(column, 2);
     }
   }
   state_.Correct(error);

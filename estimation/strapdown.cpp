@@ -25,7 +25,7 @@ void Strapdown(NominalState& state, const ImuInterval& imu, double dt_s, bool ho
   const Eigen::Vector3d transport = TransportRateNed(lat, height, state.velocity_ned_mps);
   const Eigen::Vector3d frame = (earth + transport) * dt_s;
   Eigen::Vector3d gained = state.ned_from_body * turned;
-  gained -= 0.5 * frame.cross(gained);
+  if (!hold_attitude) gained -= 0.5 * frame.cross(gained);
   const Eigen::Vector3d before = state.velocity_ned_mps;
   state.velocity_ned_mps += gained - (2.0 * earth + transport).cross(before) * dt_s;
   state.velocity_ned_mps.z() += NormalGravity(lat, height) * dt_s;
