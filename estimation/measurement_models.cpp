@@ -211,6 +211,9 @@ MeasurementRows SpeedRows(const NominalState& state, const BodyMotion& motion, d
   rows.AddScalar(kSpeedScale, v.vehicle_mps.x());
   rows.AddScalar(kMountPitch, scale * v.by_pitch.x());
   rows.AddScalar(kMountYaw, scale * v.by_yaw.x());
+  rows.AddScalar(kAxle, scale * v.by_axle.x());
+  rows.AddScalar(kSquat, scale * v.by_squat.x());
+  rows.AddScalar(kSideslip, scale * v.by_sideslip.x());
   return rows;
 }
 
