@@ -10,6 +10,7 @@
 #include "estimation/local_frame.hpp"
 #include "estimation/navigation_filter.hpp"
 #include "estimation/sample_gate.hpp"
+#include "estimation/slot_ring.hpp"
 #include "estimation/timed_ring.hpp"
 
 namespace kawara::estimation {
@@ -53,9 +54,9 @@ class Navigator::Impl {
         spacing_(config.max_lateness / (kCheckpoints - 4)),
         bank_(config_),
         samples_(kImuRing),
-        solutions_(kSolutions) {
+        solutions_(kSolutions),
+        checkpoints_(kCheckpoints) {
     measurements_.reserve(kMeasurements);
-    checkpoints_.reserve(kCheckpoints);
   }
 
   bool AddImu(const ImuSample& raw) {
@@ -134,7 +135,7 @@ class Navigator::Impl {
   void Record(FilterTape* tape) {
     tape_ = tape;
     if (filter_) filter_->SetTape(tape);
-    checkpoints_.clear();  // a tape begins here
+    checkpoints_.Clear();  // a tape begins here
     if (filter_) Save();
   }
 
@@ -163,7 +164,7 @@ class Navigator::Impl {
     bank_.Stop();
     levelling_ = {};
     measurements_.clear();
-    checkpoints_.clear();
+    checkpoints_.Clear();
     solutions_.Clear();
     next_sample_ = samples_.end();
     latest_ = {};
@@ -172,25 +173,19 @@ class Navigator::Impl {
   }
 
   void Save() {
-    if (checkpoints_.size() == kCheckpoints) {
-      std::rotate(checkpoints_.begin(), checkpoints_.begin() + 1, checkpoints_.end());
-      checkpoints_.pop_back();
-    }
-    checkpoints_.push_back(
+    checkpoints_.Push(
         {*filter_, next_sample_, solutions_.end(), tape_ != nullptr ? tape_->end() : 0});
   }
 
   void GoBackBefore(core::GpsTime stamp) {
-    auto place = checkpoints_.end();
-    while (place != checkpoints_.begin() && (place - 1)->filter.state().stamp >= stamp) --place;
-    if (place == checkpoints_.begin()) {
+    if (checkpoints_.empty() || checkpoints_.front().filter.state().stamp >= stamp) {
       // Nothing that old: it was fused at alignment or lies before it.
       std::erase_if(measurements_, [&](const NavMeasurement& m) { return m.stamp == stamp; });
       ++stats_.too_late;
       --stats_.late_fused;
       return;
     }
-    checkpoints_.erase(place, checkpoints_.end());
+    while (checkpoints_.back().filter.state().stamp >= stamp) checkpoints_.Pop();
     const Checkpoint& back = checkpoints_.back();
     filter_ = back.filter;
     next_sample_ = back.next_sample;
@@ -297,7 +292,7 @@ class Navigator::Impl {
   TimedRing<ImuSample> samples_;
   TimedRing<NavSolution> solutions_;
   std::vector<NavMeasurement> measurements_;  ///< by Key; those a checkpoint may need again
-  std::vector<Checkpoint> checkpoints_;       ///< ascending time
+  SlotRing<Checkpoint> checkpoints_;          ///< ascending time
   std::uint64_t next_sample_ = 0;
   NavSolution latest_;
   NavigationStats stats_;  ///< of what happens before the filter, and of the filters before it

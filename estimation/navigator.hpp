@@ -22,9 +22,9 @@ class NavigationFilter;
 /// position are known a bank of heading hypotheses runs instead; the solution says kAligning.
 ///
 /// Inertial samples must come in the order of their times; what does not is dropped and counted.
-/// All times are GPS; `ImuSample::time` may be off by a constant, which is estimated.
-/// Real-time safe after construction: no allocation, no lock, no exception. Deterministic: it reads
-/// no clock. One thread.
+/// All times are GPS; those of inertial samples, wheels and attitudes, one computer's stamps, may
+/// be off by a constant, which is estimated. Real-time safe after construction: no allocation, no
+/// lock, no exception. Deterministic: it reads no clock. One thread.
 class Navigator {
  public:
   explicit Navigator(const NavigationConfig& config);
