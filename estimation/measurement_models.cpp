@@ -131,7 +131,10 @@ MeasurementRows PositionRows(const NominalState& state, const BodyMotion& motion
   const Eigen::Matrix3d stated = ned_from_enu * fix.position_cov_enu_m2 * ned_from_enu.transpose();
   const Eigen::Vector3d floored = StatedVarianceNed(fix, config.gnss);
   rows.noise = Square(share.white) * stated;
-  rows.noise.diagonal() = Square(share.white) * floored;
+  // A share of a tiny deviation is no deviation: receivers round and quantise.
+  constexpr double kWhiteFloor = 0.5;  // of the floor of the whole
+  rows.noise.diagonal() =
+      (Square(share.white) * floored).cwiseMax(Square(kWhiteFloor * config.gnss.min_position_sd_m));
   rows.AddBlock(kPosition, Eigen::Matrix3d::Identity());
   rows.AddBlock(kVelocity, tau * Eigen::Matrix3d::Identity());
   rows.AddBlock(kAttitude, -CrossMatrix(arm));
