@@ -19,19 +19,32 @@ namespace {
 constexpr std::size_t kImuRing = 1024;  // 200 Hz for 5 s
 constexpr std::size_t kMeasurements = 1024;
 constexpr std::size_t kSolutions = 512;
-constexpr int kCheckpoints = 32;       // over max_lateness
-constexpr double kLongestGap = 2.0;    // s without samples: start anew
+constexpr std::size_t kPlacements = 16;  // seconds
+constexpr int kCheckpoints = 32;         // over max_lateness
+constexpr double kLongestGap = 2.0;      // s without samples: start anew
+constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr double kOffsetKnown = 0.02;  // s
 /// What is left is carried along velocity and acceleration, exact to a tenth of a millimetre for so
 /// small a step; moving the measurements for less would only make their order depend on when they
 /// came.
 constexpr double kOffsetStep = 0.02;  // s
 
+/// How far new measurements are placed off their epochs. Decided once a second, used for epochs two
+/// seconds later: by then no late measurement can change the decision any more, so the same data
+/// are placed alike in whatever order they arrive.
+struct Placement {
+  core::GpsTime time;
+  double shift_s = 0.0;           ///< the IMU's clock
+  double velocity_delay_s = 0.0;  ///< the receiver's filter holds its velocities back
+};
+constexpr core::Duration kPlacementAge = core::Seconds(2);
+
 /// A place in time to go back to.
 struct Checkpoint {
   NavigationFilter filter;
   std::uint64_t next_sample = 0;
   std::uint64_t solutions = 0;
+  std::uint64_t placements = 0;
   std::uint64_t tape = 0;
 };
 
@@ -58,6 +71,7 @@ class Navigator::Impl {
         bank_(config_),
         samples_(kImuRing),
         solutions_(kSolutions),
+        placements_(kPlacements),
         checkpoints_(kCheckpoints) {
     measurements_.reserve(kMeasurements);
   }
@@ -85,17 +99,18 @@ class Navigator::Impl {
   /// A velocity that the receiver's own filter holds back belongs to an earlier instant than the
   /// position beside it.
   void AddFix(const core::GnssFix& fix) {
-    if (!fix.has_velocity || velocity_delay_s_ == 0.0) {
-      Add(fix.time, fix, shift_s_);
+    const Placement placement = PlacementOf(fix.time);
+    if (!fix.has_velocity || placement.velocity_delay_s == 0.0) {
+      Add(fix.time, fix, placement.shift_s);
       return;
     }
     core::GnssFix velocity = fix;
     velocity.has_position = false;
     velocity.has_heading = false;
-    Add(fix.time, velocity, shift_s_ + velocity_delay_s_);
+    Add(fix.time, velocity, placement.shift_s + placement.velocity_delay_s);
     core::GnssFix rest = fix;
     rest.has_velocity = false;
-    if (rest.has_position || rest.has_heading) Add(fix.time, rest, shift_s_);
+    if (rest.has_position || rest.has_heading) Add(fix.time, rest, placement.shift_s);
   }
 
   template <class T>
@@ -171,13 +186,12 @@ class Navigator::Impl {
     solutions_.Clear();
     next_sample_ = samples_.end();
     latest_ = {};
-    shift_s_ = 0.0;
-    velocity_delay_s_ = 0.0;
+    placements_.Clear();
   }
 
   void Save() {
-    checkpoints_.Push(
-        {*filter_, next_sample_, solutions_.end(), tape_ != nullptr ? tape_->end() : 0});
+    checkpoints_.Push({*filter_, next_sample_, solutions_.end(), placements_.end(),
+                       tape_ != nullptr ? tape_->end() : 0});
   }
 
   void GoBackBefore(core::GpsTime stamp) {
@@ -193,6 +207,7 @@ class Navigator::Impl {
     filter_ = back.filter;
     next_sample_ = back.next_sample;
     solutions_.Rewind(back.solutions);
+    placements_.Rewind(back.placements);
     if (tape_ != nullptr) tape_->Rewind(back.tape);
   }
 
@@ -217,6 +232,7 @@ class Navigator::Impl {
       filter_->Advance(sample, sample.time);
       filter_->FinishSample(sample);
       filter_->WriteNode();
+      DecidePlacement(sample.time);
       ++next_sample_;
       solutions_.Push(filter_->Solution());
       if (checkpoints_.empty() ||
@@ -229,15 +245,29 @@ class Navigator::Impl {
       Restart();
       return;
     }
+  }
+
+  Placement PlacementOf(core::GpsTime epoch) const {
+    const std::uint64_t after = placements_.UpperBound(epoch - kPlacementAge);
+    return after == placements_.begin() ? Placement{} : placements_[after - 1];
+  }
+
+  void DecidePlacement(core::GpsTime now) {
+    const bool first = placements_.end() == placements_.begin();
+    Placement next = first ? Placement{} : placements_.back();
+    if (!first && now.ns() / kSecondNs == next.time.ns() / kSecondNs) return;
+    next.time = now;
     const auto offset = filter_->time_offset();
     if (config_.time_offset_sd_s > 0.0 && offset.sd_s < kOffsetKnown &&
-        std::abs(offset.value_s - shift_s_) > kOffsetStep) {
-      shift_s_ = offset.value_s;
+        std::abs(offset.value_s - next.shift_s) > kOffsetStep) {
+      next.shift_s = offset.value_s;
     }
     const auto delay = filter_->velocity_delay();
-    if (delay.sd_s < kOffsetKnown && std::abs(delay.value_s - velocity_delay_s_) > kOffsetStep) {
-      velocity_delay_s_ = std::max(0.0, delay.value_s);
+    if (delay.sd_s < kOffsetKnown &&
+        std::abs(delay.value_s - next.velocity_delay_s) > kOffsetStep) {
+      next.velocity_delay_s = std::max(0.0, delay.value_s);
     }
+    placements_.Push(next);
   }
 
   void Align() {
@@ -294,6 +324,7 @@ class Navigator::Impl {
   std::optional<NavigationFilter> calibrated_;  ///< the one before, for what it had learned
   TimedRing<ImuSample> samples_;
   TimedRing<NavSolution> solutions_;
+  TimedRing<Placement> placements_;
   std::vector<NavMeasurement> measurements_;  ///< by Key; those a checkpoint may need again
   SlotRing<Checkpoint> checkpoints_;          ///< ascending time
   std::uint64_t next_sample_ = 0;
@@ -301,8 +332,6 @@ class Navigator::Impl {
   NavigationStats stats_;  ///< of what happens before the filter, and of the filters before it
   NavigationStats combined_;
   FilterTape* tape_ = nullptr;
-  double velocity_delay_s_ = 0.0;  ///< that new velocities are placed with
-  double shift_s_ = 0.0;           ///< the time offset new fixes are placed with
 };
 
 Navigator::Navigator(const NavigationConfig& config) : impl_(std::make_unique<Impl>(config)) {}
