@@ -24,13 +24,9 @@ constexpr double kGateOneOf1000[4] = {0.0, 10.8, 13.8, 16.3};  // chi-square, by
 constexpr double kMinSpeed = 0.3;          // m/s: slower, directions mean nothing
 constexpr double kConstraintFloor = 0.03;  // m/s
 constexpr double kSideslipPerRate = 0.10;  // m/s of sideways motion per rad/s of turning
-/// A pothole rolls and pitches the body about a point some way off, and lifts it as well.
-constexpr double kBounceArm = 0.3;      // m
-constexpr double kBounceMemory = 0.5;   // s
-constexpr double kSoften = 6.0;         // NIS of two rows; beyond it the weight falls off
-constexpr double kLearning = 0.02;      // share of a new residual: 50 of them
-constexpr double kSlipPerSpeed = 0.02;  // wheels: 2 % of the speed
-constexpr double kTurnSlip = 0.10;      // wheels: 10 % of the turn rate
+constexpr double kLearning = 0.02;         // share of a new residual: 50 of them
+constexpr double kSlipPerSpeed = 0.02;     // wheels: 2 % of the speed
+constexpr double kTurnSlip = 0.10;         // wheels: 10 % of the turn rate
 constexpr int kSlipsUntilDoubt = 50;
 /// Wander of slow states, per sqrt(s).
 constexpr double kTimeOffsetWander = 2.0e-5;
@@ -118,10 +114,6 @@ void NavigationFilter::FinishSample(const ImuSample& sample) {
     }
   } else {
     standstill_.Restart();
-  }
-  if (dt_s > 0.0) {
-    const double tilting = state().TrueRate(sample.rate_radps).head<2>().squaredNorm();
-    tilting_ += std::min(1.0, dt_s / kBounceMemory) * (tilting - tilting_);
   }
   FuseConstraint();
   const double age_s = SecondsSince(last_position_);

@@ -120,7 +120,6 @@ class NavigationFilter {
   double gnss_speed_limit_mps_ = 0.0;
   int slips_in_row_ = 0;
   Learned right_, down_;
-  double tilting_ = 0.0;  ///< mean square of roll and pitch rate of late [rad^2/s^2]
   double published_offset_s_ = 0.0;
   bool in_outage_ = false;
   bool refused_last_ = false;
