@@ -11,18 +11,6 @@ namespace {
 
 double Square(double v) { return v * v; }
 
-/// Roll, pitch, yaw change with a rotation vector in NED (rows roll, pitch, yaw).
-Eigen::Matrix3d EulerFromRotationVector(const core::Attitude& a) {
-  const double cos_yaw = std::cos(a.yaw_rad), sin_yaw = std::sin(a.yaw_rad);
-  const double cos_pitch = std::max(0.05, std::cos(a.pitch_rad));
-  const double tan_pitch = std::sin(a.pitch_rad) / cos_pitch;
-  Eigen::Matrix3d m;
-  m << cos_yaw / cos_pitch, sin_yaw / cos_pitch, 0.0,  //
-      -sin_yaw, cos_yaw, 0.0,                          //
-      tan_pitch * cos_yaw, tan_pitch * sin_yaw, 1.0;
-  return m;
-}
-
 core::Attitude AttitudeOf(const NominalState& state) {
   return core::AttitudeFromRotation(state.ned_from_body.toRotationMatrix());
 }

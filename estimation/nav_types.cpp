@@ -63,12 +63,7 @@ Eigen::Vector3d NavSolution::velocity_sd_ned_mps() const {
 }
 
 Eigen::Vector3d NavSolution::attitude_sd_rad() const {
-  const double cos_yaw = std::cos(attitude.yaw_rad), sin_yaw = std::sin(attitude.yaw_rad);
-  const double cos_pitch = std::max(0.05, std::cos(attitude.pitch_rad));
-  const double tan_pitch = std::sin(attitude.pitch_rad) / cos_pitch;
-  Eigen::Matrix3d euler;
-  euler << cos_yaw / cos_pitch, sin_yaw / cos_pitch, 0.0, -sin_yaw, cos_yaw, 0.0,
-      tan_pitch * cos_yaw, tan_pitch * sin_yaw, 1.0;
+  const Eigen::Matrix3d euler = EulerFromRotationVector(attitude);
   const Eigen::Matrix3d cov = covariance.block<3, 3>(kAttitude, kAttitude);
   return (euler * cov * euler.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
 }

@@ -62,6 +62,8 @@ class NavigationFilter {
 
  private:
   using Source = NavSource;
+  /// One wild measurement does not decide between hypotheses.
+  static constexpr double kLikelihoodCap = 60.0;
 
   void FuseFix(const core::GnssFix& fix, double shift_s);
   void FusePosition(const core::GnssFix& fix, double shift_s);
