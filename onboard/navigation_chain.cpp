@@ -15,19 +15,6 @@ estimation::PoseComposerConfig ComposerConfig(const OnboardConfig& config) {
   return composer;
 }
 
-estimation::NavigationConfig FilterConfig(const OnboardConfig& config) {
-  const NavigationSettings& settings = config.navigation;
-  estimation::NavigationConfig filter;
-  // The schema lets only known names through.
-  filter.imu = estimation::FindSensorProfile(settings.sensor).value_or(estimation::ImuNoise{});
-  filter.lever_arm_frd_m = config.gps.antenna_frd_m;
-  filter.constraint = settings.constraint == "off" ? estimation::ConstraintMode::kOff
-                                                   : estimation::ConstraintMode::kAuto;
-  filter.time_offset_sd_s = settings.time_offset_sd_s;
-  filter.max_lateness = core::DurationFromSeconds(settings.max_lateness_s);
-  return filter;
-}
-
 core::RtkState RtkOf(estimation::NavState state) {
   switch (state) {
     case estimation::NavState::kFixed:
@@ -42,6 +29,19 @@ core::RtkState RtkOf(estimation::NavState state) {
 }
 
 }  // namespace
+
+estimation::NavigationConfig FilterConfig(const OnboardConfig& config) {
+  const NavigationSettings& settings = config.navigation;
+  estimation::NavigationConfig filter;
+  // The schema lets only known names through.
+  filter.imu = estimation::FindSensorProfile(settings.sensor).value_or(estimation::ImuNoise{});
+  filter.lever_arm_frd_m = config.gps.antenna_frd_m;
+  filter.constraint = settings.constraint == "off" ? estimation::ConstraintMode::kOff
+                                                   : estimation::ConstraintMode::kAuto;
+  filter.time_offset_sd_s = settings.time_offset_sd_s;
+  filter.max_lateness = core::DurationFromSeconds(settings.max_lateness_s);
+  return filter;
+}
 
 NavigationChain::NavigationChain(const OnboardConfig& config,
                                  const estimation::GpsTimeline& timeline, core::Events& events)

@@ -12,6 +12,9 @@
 
 namespace kawara::onboard {
 
+/// What a robot's configuration means to the filter.
+estimation::NavigationConfig FilterConfig(const OnboardConfig& config);
+
 /// From fixes and attitude samples to the robot's pose: the RTK-GPS/INS filter as soon as it knows
 /// its heading, before that (or if the configuration wants no filter) the pose composed of fix and
 /// attitude unit. Tells of every change in how far the solution is to be trusted. Real-time safe

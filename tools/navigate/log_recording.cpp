@@ -10,6 +10,7 @@
 #include "core/counters.hpp"
 #include "estimation/navigation_config.hpp"
 #include "onboard/config.hpp"
+#include "onboard/navigation_chain.hpp"
 #include "onboard/replay_robot.hpp"
 #include "onboard/robot_core.hpp"
 #include "tools/navigate/decimal_time.hpp"
@@ -103,8 +104,7 @@ core::Expected<LogRecording> ReadLog(const std::vector<std::string>& paths,
   if (!reader) return tl::unexpected(reader.error());
 
   LogRecording recording;
-  recording.antenna_frd_m = config->gps.antenna_frd_m;
-  recording.sensor = config->navigation.sensor;
+  recording.navigation = onboard::FilterConfig(*config);
   SampleCollector collector(config->ahrs.magnetic_declination_deg * core::kRadFromDeg, recording);
   core::Counters counters;
   onboard::RobotCore robot(*config, counters, collector);

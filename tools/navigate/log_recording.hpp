@@ -1,10 +1,10 @@
 #pragma once
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "estimation/nav_types.hpp"
+#include "estimation/navigation_config.hpp"
 #include "tools/navigate/aids.hpp"
 #include "tools/navigate/sensor_files.hpp"
 
@@ -18,10 +18,8 @@ struct LogRecording {
   /// `received` lies between the inertial samples that the epoch came between.
   std::vector<GnssRow> gnss;
   std::vector<Aid> attitudes;
-  // Of the robot's configuration:
-  Eigen::Vector3d antenna_frd_m = Eigen::Vector3d::Zero();
-  std::string sensor;                ///< profile of the inertial unit
-  std::vector<std::string> remarks;  ///< damage of the log
+  estimation::NavigationConfig navigation;  ///< as the robot was configured
+  std::vector<std::string> remarks;         ///< damage of the log
 };
 
 /// Reads LCM logs (files or folders) of kawara-onboard. The configuration is that of the log, or

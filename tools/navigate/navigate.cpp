@@ -46,11 +46,11 @@ core::Expected<Input> OpenLog(const Options& options, estimation::NavigationConf
   auto read = ReadLog(options.logs, options.config);
   if (!read) return tl::unexpected(read.error());
   for (const std::string& remark : read->remarks) Remark(remark);
-  if (options.lever.empty()) navigation.lever_arm_frd_m = read->antenna_frd_m;
-  if (const auto noise = estimation::FindSensorProfile(read->sensor);
-      noise && options.sensor.empty()) {
-    navigation.imu = *noise;
-  }
+  const estimation::NavigationConfig asked = navigation;
+  navigation = read->navigation;
+  if (!options.lever.empty()) navigation.lever_arm_frd_m = asked.lever_arm_frd_m;
+  if (!options.sensor.empty()) navigation.imu = asked.imu;
+  if (options.constraint == "off") navigation.constraint = asked.constraint;
   auto aids = MakeAids(options.withheld, read->gnss, std::move(read->attitudes));
   if (!aids) return tl::unexpected(aids.error());
   input.aids = std::move(*aids);
