@@ -43,7 +43,7 @@ class CoreSink {
   virtual void OnFix(const core::GnssFix& fix) = 0;
   virtual void OnAhrs(const core::AhrsSample& sample, core::GpsTime sampled) = 0;
   virtual void OnPose(const core::Pose& pose) = 0;
-  virtual void OnNavigation(const estimation::NavigationReport& /*report*/) {}
+  virtual void OnNavigation(const estimation::NavigationReport& report) = 0;
   virtual void OnClock(const estimation::ClockStatus& clock) = 0;
   virtual void OnEvent(const core::Event& event, core::GpsTime time) = 0;
   virtual void OnNote(core::MonoTime mono, const EventNote& note, core::GpsTime time) = 0;

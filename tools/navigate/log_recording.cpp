@@ -62,6 +62,7 @@ class SampleCollector final : public onboard::CoreSink {
   void OnInput(const onboard::Input& /*input*/) override {}
   void OnFrame(const onboard::FrameInput& /*frame*/, bool /*selected*/) override {}
   void OnPose(const core::Pose& /*pose*/) override {}
+  void OnNavigation(const estimation::NavigationReport& /*report*/) override {}
   void OnClock(const estimation::ClockStatus& /*clock*/) override {}
   void OnEvent(const core::Event& /*event*/, core::GpsTime /*time*/) override {}
   void OnNote(core::MonoTime /*mono*/, const onboard::EventNote& /*note*/,

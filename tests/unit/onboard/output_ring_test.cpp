@@ -28,6 +28,9 @@ class Listener : public CoreSink {
   void OnPose(const core::Pose& pose) override {
     heard.push_back("pose " + std::to_string(pose.mono.ns()));
   }
+  void OnNavigation(const estimation::NavigationReport& report) override {
+    heard.emplace_back("navigation " + std::to_string(report.fixes_used));
+  }
   void OnClock(const estimation::ClockStatus&) override { heard.emplace_back("clock"); }
   void OnEvent(const core::Event& event, core::GpsTime) override {
     heard.push_back(std::string("event ") + event.name + " " + std::string(event.text.view()));
@@ -60,6 +63,9 @@ TEST(OutputRing, RepeatsEveryCallInOrderOnTheOtherSide) {
   core::Pose pose;
   pose.mono = core::MonoTime::FromNs(8);
   ring.OnPose(pose);
+  estimation::NavigationReport report;
+  report.fixes_used = 21;
+  ring.OnNavigation(report);
   ring.OnClock({});
   core::Event event;
   event.name = "gps.port";
@@ -80,7 +86,7 @@ TEST(OutputRing, RepeatsEveryCallInOrderOnTheOtherSide) {
   }
   EXPECT_EQ(listener.heard,
             (std::vector<std::string>{"input RAW.GPS 7 5 $GPGGA", "fix 0.250000", "ahrs 1234 99",
-                                      "pose 8", "clock", "event gps.port lost",
+                                      "pose 8", "navigation 21", "clock", "event gps.port lost",
                                       "note ntrip.streaming: flows", "frame 3 selected",
                                       "picture 11", "exposure 11"}));
   EXPECT_EQ(ring.refused(), 0U);

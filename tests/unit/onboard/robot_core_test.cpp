@@ -110,6 +110,7 @@ class Deaf : public CoreSink {
   void OnFix(const core::GnssFix&) override { ++fixes; }
   void OnAhrs(const core::AhrsSample&, core::GpsTime) override {}
   void OnPose(const core::Pose&) override { ++poses; }
+  void OnNavigation(const estimation::NavigationReport&) override {}
   void OnClock(const estimation::ClockStatus&) override {}
   void OnEvent(const core::Event&, core::GpsTime) override {}
   void OnNote(core::MonoTime, const EventNote&, core::GpsTime) override {}
