@@ -8,7 +8,7 @@
 #include "sim/virtual/virtual_run.hpp"
 #include "sim/world/rendered_pictures.hpp"
 #include "sim/world/site_world.hpp"
-#include "vision/camera_choice.hpp"
+#include "vision/camera/camera_choice.hpp"
 
 namespace kawara::sim {
 

@@ -7,7 +7,7 @@
 #include "core/expected.hpp"
 #include "sim/world/rendered_pictures.hpp"
 #include "sim/world/site_world.hpp"
-#include "vision/camera_choice.hpp"
+#include "vision/camera/camera_choice.hpp"
 
 namespace kawara::sim {
 
@@ -37,7 +37,7 @@ struct SurveySummary {
 ///                       the noise's standard deviations
 ///   truth_frames.csv    the same without noise
 ///   truth.lcm           objects, poses and exposures (see TruthRecorder)
-///   camera.yaml         the optics (vision/camera_choice.hpp)
+///   camera.yaml         the optics (vision/camera/camera_choice.hpp)
 /// and the files of WriteWorldTruth. Prints a line every few seconds. `stop` ends it after the
 /// frame it is at; what is written is whole. Errors: kIo.
 core::Expected<SurveySummary> RenderSurvey(const SiteWorld& world, const SurveyOptions& options,

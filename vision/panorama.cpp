@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "vision/half_scale_camera.hpp"
+#include "vision/camera/half_scale_camera.hpp"
 
 namespace kawara::vision {
 namespace {

@@ -4,7 +4,7 @@
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "core/geodesy.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 #include "vision/image.hpp"
 #include "vision/remap_table.hpp"
 

@@ -11,7 +11,7 @@
 #include "core/geodesy.hpp"
 #include "core/measurements.hpp"
 #include "core/time.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 namespace kawara::vision {
 

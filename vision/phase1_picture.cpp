@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 #include "vision/panorama_metadata.hpp"
 #include "vision/remap_table.hpp"
 

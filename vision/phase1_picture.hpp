@@ -6,7 +6,7 @@
 
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
 #include "vision/panorama.hpp"
 #include "vision/source_frame.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 #include "vision/image.hpp"
 #include "vision/yuv420.hpp"
 

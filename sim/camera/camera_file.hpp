@@ -2,7 +2,7 @@
 #include <string>
 
 #include "core/expected.hpp"
-#include "vision/camera_choice.hpp"
+#include "vision/camera/camera_choice.hpp"
 
 /// A camera's optics as a YAML file.
 namespace kawara::sim {

@@ -1,5 +1,5 @@
 #pragma once
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
 
 namespace kawara::sim {
 

@@ -5,7 +5,7 @@
 
 #include "sim/camera/picture_source.hpp"
 #include "sim/motion/motion_track.hpp"
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
 
 namespace kawara::sim {
 

@@ -10,8 +10,8 @@
 #include "core/check.hpp"
 #include "sim/dice.hpp"
 #include "sim/render/noise2.hpp"
-#include "vision/doughnut_camera.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 namespace kawara::sim {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/config/constraints.hpp"
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 
 namespace kawara::sim {
 

@@ -8,7 +8,7 @@
 #include "sim/render/light_cache.hpp"
 #include "sim/site/scene_builder.hpp"
 #include "sim/site/site_config.hpp"
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
 #include "vision/panorama.hpp"
 
 namespace {

@@ -8,7 +8,7 @@
 #include "sim/render/lit_scene.hpp"
 #include "sim/render/robot_body.hpp"
 #include "sim/render/sensor.hpp"
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 #include "vision/image.hpp"
 
 namespace kawara::sim {
@@ -41,8 +41,8 @@ struct CameraSettings {
 
 /// One exposure.
 struct RenderRequest {
-  /// The camera's pose (origin: the viewpoint; axes: vision/camera_model.hpp) as a function of
-  /// seconds from mid-exposure of the middle row. Asked within half the exposure and half the
+  /// The camera's pose (origin: the viewpoint; axes: vision/camera/camera_model.hpp) as a function
+  /// of seconds from mid-exposure of the middle row. Asked within half the exposure and half the
   /// readout of 0, from one thread.
   std::function<Eigen::Isometry3d(double)> enu_from_camera;
   double time_s = 0.0;      ///< of the mission: which objects exist

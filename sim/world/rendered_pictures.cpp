@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 #include "vision/jpeg.hpp"
 #include "vision/panorama_metadata.hpp"
 

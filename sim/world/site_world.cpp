@@ -1,7 +1,7 @@
 #include "sim/world/site_world.hpp"
 
 #include "core/config/config.hpp"
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 
 namespace kawara::sim {
 namespace {

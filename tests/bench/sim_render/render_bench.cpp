@@ -6,8 +6,8 @@
 #include "sim/render/renderer.hpp"
 #include "sim/site/scene_builder.hpp"
 #include "sim/site/site_config.hpp"
-#include "vision/doughnut_camera.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 /// Frames a second of the committed factory road, shadows, body, noise and anti-aliasing included,
 /// on all cores. Arguments: megapixels of the whole picture; rays a pixel at edges; 1: driving at

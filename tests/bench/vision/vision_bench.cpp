@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "vision/doughnut_camera.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 #include "vision/jpeg.hpp"
 #include "vision/panorama.hpp"
 #include "vision/panorama_metadata.hpp"

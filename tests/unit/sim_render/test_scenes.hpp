@@ -5,8 +5,8 @@
 
 #include "core/geodesy.hpp"
 #include "sim/render/lit_scene.hpp"
-#include "vision/doughnut_camera.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 namespace kawara::sim {
 

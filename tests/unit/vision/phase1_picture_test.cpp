@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/counting_allocator.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 #include "vision/panorama_metadata.hpp"
 #include "vision_test_support.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <memory>
 
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 #include "vision_test_support.hpp"
 
 namespace kawara::vision {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "vision/doughnut_camera.hpp"
+#include "tests/support/test_doughnut.hpp"
 #include "vision/image.hpp"
 #include "vision/yuv420.hpp"
 
@@ -92,18 +92,6 @@ inline double PlaneMean(const ConstPlaneView& plane) {
     for (int u = 0; u < plane.width_px; ++u) sum += plane.row(v)[u];
   }
   return sum / plane.width_px / plane.height_px;
-}
-
-/// 272 px/rad ring of 1024 x 1024 px, +30 to -50 deg, made larger or smaller.
-inline DoughnutParameters TestDoughnut(int size_px = 1024) {
-  const double scale = size_px / 1024.0;
-  DoughnutParameters p;
-  p.width_px = p.height_px = size_px;
-  p.center_u_px = p.center_v_px = 512.0 * scale - 0.5;
-  p.l_in_px = 120.0 * scale;
-  p.l_base_px = 262.5 * scale;
-  p.l_out_px = 500.0 * scale;
-  return p;
 }
 
 }  // namespace kawara::vision

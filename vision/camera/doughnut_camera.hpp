@@ -1,7 +1,7 @@
 #pragma once
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 
 namespace kawara::vision {
 

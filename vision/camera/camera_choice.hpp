@@ -4,8 +4,8 @@
 
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
-#include "vision/doughnut_camera.hpp"
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 namespace kawara::vision {
 

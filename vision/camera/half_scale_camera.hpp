@@ -1,5 +1,5 @@
 #pragma once
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 
 namespace kawara::vision {
 

@@ -1,11 +1,11 @@
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "vision_test_support.hpp"
+#include "tests/support/test_doughnut.hpp"
 
 namespace kawara::vision {
 namespace {

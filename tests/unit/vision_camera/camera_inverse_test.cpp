@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "vision/camera_choice.hpp"
+#include "vision/camera/camera_choice.hpp"
 
 /// Every model of the product, in the mounts and crops it is used in: what a pixel sees is seen by
 /// that pixel.

@@ -1,4 +1,4 @@
-#include "vision/equirectangular_camera.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 #include <gtest/gtest.h>
 

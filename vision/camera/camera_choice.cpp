@@ -1,4 +1,4 @@
-#include "vision/camera_choice.hpp"
+#include "vision/camera/camera_choice.hpp"
 
 namespace kawara::vision {
 

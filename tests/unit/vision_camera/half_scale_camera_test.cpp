@@ -1,9 +1,9 @@
-#include "vision/half_scale_camera.hpp"
+#include "vision/camera/half_scale_camera.hpp"
 
 #include <gtest/gtest.h>
 
-#include "vision/equirectangular_camera.hpp"
-#include "vision_test_support.hpp"
+#include "tests/support/test_doughnut.hpp"
+#include "vision/camera/equirectangular_camera.hpp"
 
 namespace kawara::vision {
 namespace {

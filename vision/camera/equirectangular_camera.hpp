@@ -1,6 +1,6 @@
 #pragma once
 #include "core/expected.hpp"
-#include "vision/camera_model.hpp"
+#include "vision/camera/camera_model.hpp"
 
 namespace kawara::vision {
 

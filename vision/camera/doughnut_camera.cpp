@@ -1,4 +1,4 @@
-#include "vision/doughnut_camera.hpp"
+#include "vision/camera/doughnut_camera.hpp"
 
 #include <algorithm>
 #include <cmath>
