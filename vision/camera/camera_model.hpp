@@ -12,6 +12,19 @@ struct ElevationRange {
   double top_rad = core::kPi / 2;
 };
 
+/// What a camera is that looks the same turned about its optical axis: with (x, y, z) the unit ray
+/// in the OPTICAL frame,
+///   pixel = center_px + affine * (x, y) * g(z),
+/// g being whatever Project makes of it (radial_projection.hpp tabulates it).
+struct RadialSymmetry {
+  /// OPTICAL FRAME: z along the axis the picture's centre looks along, x and y across it.
+  Eigen::Matrix3d R_optical_camera = Eigen::Matrix3d::Identity();
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d affine = Eigen::Matrix2d::Identity();  ///< handedness and aspect are in here
+  double z_min = -1.0;                                   ///< rays seen have z_min <= z <= z_max
+  double z_max = 1.0;
+};
+
 /// A central camera: every pixel looks along one ray from one point. Immutable after construction;
 /// any thread.
 ///
@@ -43,6 +56,9 @@ class CameraModel {
 
   /// Elevations the camera sees at least somewhere; the natural crop of its panorama.
   virtual ElevationRange Elevations() const = 0;
+
+  /// Empty: not symmetric about any axis.
+  virtual std::optional<RadialSymmetry> Symmetry() const { return {}; }
 };
 
 /// Takes directions of an upright, forward looking camera to body axes (forward, right, down).

@@ -124,6 +124,21 @@ std::optional<Eigen::Vector3d> DoughnutCamera::Unproject(const Eigen::Vector2d& 
                          std::cos(phi_rad) * c);
 }
 
+// With the optical frame of OpticalAxis::kUp, x = -Y, y = -Z and z = X = sin phi, so that Project's
+// c * horizontal = -y and s * horizontal = -x, or x if mirrored.
+std::optional<RadialSymmetry> DoughnutCamera::Symmetry() const {
+  RadialSymmetry symmetry;
+  symmetry.R_optical_camera = CameraFromOptical(OpticalAxis::kUp).transpose();
+  symmetry.center_px = {p_.center_u_px, p_.center_v_px};
+  const double hand = p_.mirrored ? 1.0 : -1.0;
+  symmetry.affine << -hand * sin_forward_, -cos_forward_, p_.v_scale * hand * cos_forward_,
+      -p_.v_scale * sin_forward_;
+  const ElevationRange seen = Elevations();
+  symmetry.z_min = std::sin(std::max(seen.bottom_rad, -core::kPi / 2));
+  symmetry.z_max = std::sin(std::min(seen.top_rad, core::kPi / 2));
+  return symmetry;
+}
+
 ElevationRange DoughnutCamera::Elevations() const {
   const double inner_rad = rad_per_px_ * (p_.l_base_px - p_.l_in_px);
   const double outer_rad = rad_per_px_ * (p_.l_base_px - p_.l_out_px);

@@ -2,6 +2,7 @@
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "vision/camera/camera_model.hpp"
+#include "vision/camera/optical_axis.hpp"
 
 namespace kawara::vision {
 
@@ -66,6 +67,8 @@ class DoughnutCamera final : public CameraModel {
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& ray_camera) const override;
   std::optional<Eigen::Vector3d> Unproject(const Eigen::Vector2d& pixel_px) const override;
   ElevationRange Elevations() const override;
+  /// The optical axis is the mirror's: R_optical_camera of OpticalAxis::kUp.
+  std::optional<RadialSymmetry> Symmetry() const override;
 
  private:
   explicit DoughnutCamera(const DoughnutParameters& parameters);
