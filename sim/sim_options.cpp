@@ -137,14 +137,13 @@ void AddWorldOptions(CLI::App& app, SiteWorldOptions& o) {
 }
 
 void AddRenderingOptions(CLI::App& app, vision::CameraChoice& optics, RenderedCameraOptions& o) {
-  CLI::Option* ring = app.add_option_function<int>(
-                             "--doughnut-px",
-                             [&optics](int px) {
-                               optics = {"doughnut", StandardDoughnut(px), {}};
-                             },
-                             "side of the standard doughnut picture (default 1448: 2.1 megapixels)")
-                          ->check(CLI::Range(256, 4096))
-                          ->group("Camera");
+  CLI::Option* ring =
+      app.add_option_function<int>(
+             "--doughnut-px",
+             [&optics](int px) { optics = vision::CameraChoice::Of(StandardDoughnut(px)); },
+             "side of the standard doughnut picture (default 1448: 2.1 megapixels)")
+          ->check(CLI::Range(256, 4096))
+          ->group("Camera");
   app.add_option_function<std::string>(
          "--camera",
          [&optics](const std::string& path) {
@@ -282,7 +281,7 @@ void AddRadioOptions(CLI::App& app, RadioRunOptions& o, std::vector<std::string>
 
 void AddSurveyOptions(CLI::App& app, SiteWorldOptions& world, SurveyOptions& o) {
   AddWorldOptions(app, world);
-  o.optics = {"doughnut", StandardDoughnut(1448), {}};
+  o.optics = vision::CameraChoice::Of(StandardDoughnut(1448));
   app.add_option("--every", o.every_m, "metres between frames")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();

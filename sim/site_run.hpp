@@ -22,7 +22,7 @@ struct SiteRunOptions {
   /// Seconds between exposures that are drawn before the run begins, unless this machine is quick
   /// enough to draw them while it runs; 0: drawn while it runs in any case.
   double ahead_period_s = 0.0;
-  vision::CameraChoice optics{"doughnut", StandardDoughnut(1448), {}};
+  vision::CameraChoice optics = vision::CameraChoice::Of(StandardDoughnut(1448));
   RenderedCameraOptions rendering;
   InstrumentOptions instruments;
   std::optional<VirtualTime> virtual_time;  ///< none: in real time, on pseudo-terminals

@@ -17,9 +17,11 @@ core::Expected<vision::CameraChoice> LoadCamera(const std::string& path) {
 
 std::string DumpCamera(const vision::CameraChoice& choice) {
   std::string text = "camera: " + choice.camera + "\n" + choice.camera + ":\n";
-  std::istringstream lines(choice.camera == "equirectangular"
-                               ? core::config::Dump(choice.equirectangular)
-                               : core::config::Dump(choice.doughnut));
+  std::istringstream lines;
+  vision::CameraChoice sections = choice;
+  sections.VisitSections([&](const char* name, const auto& section) {
+    if (choice.camera == name) lines.str(core::config::Dump(section));
+  });
   for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
   return text;
 }

@@ -1,5 +1,8 @@
 #include "vision/camera/camera_choice.hpp"
 
+#include <type_traits>
+#include <utility>
+
 namespace kawara::vision {
 
 PanoramaGeometry EquirectangularParameters::Geometry() const {
@@ -13,19 +16,36 @@ PanoramaGeometry EquirectangularParameters::Geometry() const {
   return g;
 }
 
+namespace {
+
+core::Expected<EquirectangularCamera> Make(const EquirectangularParameters& p) {
+  return EquirectangularCamera::Create(p.Geometry());
+}
+core::Expected<DoughnutCamera> Make(const DoughnutParameters& p) {
+  return DoughnutCamera::Create(p);
+}
+template <class Lens>
+core::Expected<LensCamera> Make(const Lens& p) {
+  return MakeLens(p);
+}
+
+}  // namespace
+
 core::Expected<std::shared_ptr<const CameraModel>> MakeCamera(const CameraChoice& choice) {
-  if (choice.camera == "equirectangular") {
-    auto made = EquirectangularCamera::Create(choice.equirectangular.Geometry());
-    if (!made) return tl::unexpected(made.error());
-    return std::make_shared<const EquirectangularCamera>(*made);
-  }
-  if (choice.camera == "doughnut") {
-    auto made = DoughnutCamera::Create(choice.doughnut);
-    if (!made) return tl::unexpected(made.error());
-    return std::make_shared<const DoughnutCamera>(*made);
-  }
-  return core::Fail(core::ErrorCode::kInvalidArgument,
-                    "camera = " + choice.camera + ": expected doughnut or equirectangular");
+  core::Expected<std::shared_ptr<const CameraModel>> camera = core::Fail(
+      core::ErrorCode::kInvalidArgument, "camera = " + choice.camera + ": not a camera model");
+  CameraChoice sections = choice;  // VisitSections serves reading too
+  sections.VisitSections([&](const char* name, auto& section) {
+    if (choice.camera != name) return;
+    auto made = Make(section);
+    if (!made) {
+      camera = tl::unexpected(made.error());
+    } else {
+      using Model = typename std::decay_t<decltype(made)>::value_type;
+      camera = std::make_shared<const Model>(std::move(*made));
+    }
+  });
+  return camera;
 }
 
 }  // namespace kawara::vision

@@ -6,6 +6,7 @@
 #include "core/expected.hpp"
 #include "vision/camera/doughnut_camera.hpp"
 #include "vision/camera/equirectangular_camera.hpp"
+#include "vision/camera/lens_parameters.hpp"
 
 namespace kawara::vision {
 
@@ -33,20 +34,48 @@ struct EquirectangularParameters {
   }
 };
 
-/// Which camera, of all the models there are. Keys as in the robot's configuration under
+/// Which camera, of all the models there are: `camera` names one, the section of the same name
+/// holds its numbers. Doughnut and equirectangular have the keys of the robot's configuration under
 /// `picture`.
 struct CameraChoice {
   std::string camera = "doughnut";
-  DoughnutParameters doughnut;                ///< used with camera = doughnut
-  EquirectangularParameters equirectangular;  ///< used with camera = equirectangular
+  DoughnutParameters doughnut;
+  EquirectangularParameters equirectangular;
+  KannalaBrandtParameters equidistant;  ///< kb4 with k = 0
+  KannalaBrandtParameters kb4;
+  OcamParameters ocam;
+  MeiParameters mei;
+  EucmParameters eucm;
+  DoubleSphereParameters double_sphere;
 
   template <class V>
   void Visit(V& v) {
-    using core::config::OneOf;
     using core::config::Optional;
-    v("camera", camera, OneOf{"doughnut", "equirectangular"});
-    v("doughnut", doughnut, Optional{});
-    v("equirectangular", equirectangular, Optional{});
+    v("camera", camera, Names());
+    VisitSections([&](const char* key, auto& section) { v(key, section, Optional{}); });
+  }
+
+  static core::config::OneOf Names() {
+    return {"doughnut", "equirectangular", "equidistant", "kb4", "ocam", "mei",
+            "eucm",     "double_sphere"};
+  }
+  static CameraChoice Of(const DoughnutParameters& parameters) {
+    CameraChoice choice;
+    choice.doughnut = parameters;
+    return choice;
+  }
+
+  /// `visit(name, section)` for every model.
+  template <class F>
+  void VisitSections(F&& visit) {
+    visit("doughnut", doughnut);
+    visit("equirectangular", equirectangular);
+    visit("equidistant", equidistant);
+    visit("kb4", kb4);
+    visit("ocam", ocam);
+    visit("mei", mei);
+    visit("eucm", eucm);
+    visit("double_sphere", double_sphere);
   }
 };
 

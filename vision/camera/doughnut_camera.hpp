@@ -1,7 +1,10 @@
 #pragma once
+#include <array>
+
 #include "core/config/constraints.hpp"
 #include "core/expected.hpp"
 #include "vision/camera/camera_model.hpp"
+#include "vision/camera/odd_polynomial.hpp"
 #include "vision/camera/optical_axis.hpp"
 
 namespace kawara::vision {
@@ -25,6 +28,10 @@ struct DoughnutParameters {
   /// is a mirror image, as a camera looking up into a mirror makes it. Wrong here means every sign
   /// in the panorama reads backwards.
   bool mirrored = false;
+  /// What a real mirror adds to eq. (2): with a the angle from the mirror's axis on the inner
+  /// circle's side and P(a) = a + k1 a^3 + k2 a^5 + k3 a^7 + k4 a^9, the radius is linear in P(a)
+  /// instead of in a. The circles and the horizon stay where the other numbers say.
+  std::array<double, 4> correction{};
   double v_scale = 1.0;  ///< pixel aspect: rows per column of the same length on the sensor
 
   /// The same optics in a picture that the JPEG decoder reduced to eighths / 8 (1..8), sizes
@@ -48,12 +55,14 @@ struct DoughnutParameters {
     v("phi_bottom_deg", phi_bottom_deg, Range{-90, 90});
     v("forward_deg", forward_deg, Range{-360, 360}, Optional{});
     v("mirrored", mirrored, Optional{});
+    v("correction", correction, Optional{});
     v("v_scale", v_scale, Range{0.1, 10}, Optional{});
   }
 };
 
 /// The paper's ODV model: elevation falls linearly with the radius,
-///   phi = (phi_top - phi_bottom) / (L_out - L_in) * (L_base - r),   theta = atan2(v, u).
+///   phi = (phi_top - phi_bottom) / (L_out - L_in) * (L_base - r),   theta = atan2(v, u),
+/// or with `correction` an odd polynomial's fall.
 /// Field of view: L_in <= r <= L_out. A ray along the axis (X) is outside unless L_in is zero.
 class DoughnutCamera final : public CameraModel {
  public:
@@ -72,7 +81,13 @@ class DoughnutCamera final : public CameraModel {
 
  private:
   explicit DoughnutCamera(const DoughnutParameters& parameters);
+  double RadiusOf(double phi_rad) const;
+  double ElevationAt(double r_px) const;
+
   DoughnutParameters p_;
+  OddPolynomial correction_;  ///< P(a)
+  double side_;               ///< +1: the inner circle is the upper one, a = pi/2 - phi; -1: + phi
+  double px_per_unit_;        ///< of P(a)
   double rad_per_px_;  ///< the fraction of eq. (2); negative when the inner circle is the lower one
   double cos_forward_, sin_forward_;
 };

@@ -6,7 +6,7 @@ namespace kawara::vision {
 /// The same camera with pixels twice as wide and high, corner on corner: the camera of the chroma
 /// planes of its 4:2:0 pictures (yuv420.hpp). Of an odd size the last pixels stand for one pixel of
 /// `full` instead of two (what JPEG encoders do, repeating it). Refers to `full`, which must
-/// outlive it.
+/// outlive it. Symmetry() is not told: nobody matches chroma.
 class HalfScaleCamera final : public CameraModel {
  public:
   explicit HalfScaleCamera(const CameraModel& full) : full_(full) {}

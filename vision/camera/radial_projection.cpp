@@ -11,6 +11,9 @@ constexpr int kLeastKnots = 1 << 8;
 // A ray this near to the axis or to the rim stands for it: g is even in the distance from the axis
 // and smooth at the rim, but not defined on the one and perhaps lost by rounding on the other.
 constexpr double kNudge = 1e-9;
+// Straight back the picture's radius is not zero while the ray's distance from the axis is: g has a
+// pole there. 154 deg from the axis is more than any lens sees.
+constexpr double kLeastZ = -0.9;
 
 /// g(z) by the camera's own Project.
 class Profile {
@@ -108,10 +111,10 @@ RadialProjection& RadialProjection::operator=(const RadialProjection& other) {
 
 std::optional<RadialProjection> RadialProjection::Create(const CameraModel& camera) {
   const auto symmetry = camera.Symmetry();
-  if (!symmetry || !(symmetry->z_max > symmetry->z_min)) return {};
+  if (!symmetry || !(symmetry->z_max > std::max(symmetry->z_min, kLeastZ))) return {};
   const Profile profile(camera, *symmetry);
   const double radius = profile.CornerRadius();
-  double z_min = symmetry->z_min;
+  double z_min = std::max(symmetry->z_min, kLeastZ);
   double z_max = symmetry->z_max;
   const bool low_inside = profile.IsInside(z_min, radius);
   const bool high_inside = profile.IsInside(z_max, radius);
@@ -120,7 +123,7 @@ std::optional<RadialProjection> RadialProjection::Create(const CameraModel& came
   if (!high_inside) z_max = Narrowed(profile, z_max, z_min, radius);
 
   // Sampled twice as finely as it is kept, so that the error is known.
-  const double scale = symmetry->affine.norm();
+  const double scale = symmetry->affine.colwise().norm().maxCoeff();
   RadialProjection made;
   for (int intervals = kLeastKnots; intervals < kMaxKnots; intervals *= 2) {
     const auto fine = Sample(profile, z_min, z_max, 2 * intervals + 1);

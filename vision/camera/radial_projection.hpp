@@ -30,7 +30,7 @@ struct RadialTable {
 /// linear between uniform knots. No square root, no angle. Immutable; any thread.
 ///
 /// Valid are the rays the camera sees AND whose pixel could lie in its picture (z_min..z_max is
-/// narrowed to the picture's farthest corner).
+/// narrowed to the picture's farthest corner; rays more than 154 deg from the axis are left out).
 class RadialProjection {
  public:
   /// Of the table alone, against the camera's own Project [px]; float arithmetic adds some 1e-4.

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/test_doughnut.hpp"
 #include "vision/camera/camera_choice.hpp"
 
 /// Every model of the product, in the mounts and crops it is used in: what a pixel sees is seen by
@@ -48,6 +49,8 @@ std::vector<Model> AllModels() {
   disk.phi_bottom_deg = -20.0;
   disk.l_base_px = disk.l_out_px * 90.0 / 110.0;
   add_ring("doughnut without a hole", disk);
+  add_ring("doughnut, corrected", CorrectedDoughnut(standard));
+  add_ring("doughnut, seen from below, corrected", CorrectedDoughnut(below));
   for (int eighths = 1; eighths <= 7; eighths += 2) {
     add_ring("doughnut at " + std::to_string(eighths) + "/8", standard.Scaled(eighths));
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -214,6 +215,34 @@ TEST(DoughnutCamera, RefusesWhatCannotBe) {
     EXPECT_NE(camera.error().message.find(c.expected_in_message), std::string::npos)
         << camera.error().message;
   }
+}
+
+TEST(DoughnutCamera, CorrectionKeepsCirclesAndHorizonAndBendsBetween) {
+  const DoughnutParameters p = CorrectedDoughnut(TestDoughnut());
+  const auto camera = DoughnutCamera::Create(p);
+  ASSERT_TRUE(camera) << camera.error().message;
+  const auto elevation_deg = [&](double r_px) {
+    const auto ray = camera->Unproject({p.center_u_px + r_px, p.center_v_px});
+    return ray ? std::asin(ray->x()) * core::kDegFromRad : 1e9;
+  };
+  EXPECT_NEAR(elevation_deg(p.l_in_px), p.phi_top_deg, 1e-9);
+  EXPECT_NEAR(elevation_deg(p.l_base_px), 0.0, 1e-9);
+  EXPECT_NEAR(elevation_deg(p.l_out_px), p.phi_bottom_deg, 1e-9);
+  // P(a) = a + k1 a^3 + k2 a^5 + k3 a^7 with a = 90 deg - elevation is linear in the radius.
+  const OddPolynomial unit{p.correction};
+  const auto P = [&](double r_px) {
+    return unit.Value((90.0 - elevation_deg(r_px)) * core::kRadFromDeg);
+  };
+  const double slope = (P(400.0) - P(200.0)) / 200.0;
+  EXPECT_NEAR((P(300.0) - P(200.0)) / 100.0, slope, 1e-12);
+  EXPECT_GT(std::abs(elevation_deg(300.0) - 0.5 * (elevation_deg(200.0) + elevation_deg(400.0))),
+            0.1);
+}
+
+TEST(DoughnutCamera, RefusesACorrectionThatFolds) {
+  DoughnutParameters p = TestDoughnut();
+  p.correction = {-0.5, 0.0, 0.0, 0.0};
+  EXPECT_FALSE(DoughnutCamera::Create(p));
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ std::vector<Ring> Rings() {
   disk.phi_bottom_deg = -20.0;
   disk.l_base_px = disk.l_out_px * 90.0 / 110.0;
   rings.push_back({"without a hole", disk});
+  rings.push_back({"corrected", CorrectedDoughnut(TestDoughnut())});
   return rings;
 }
 
