@@ -1,0 +1,48 @@
+#include "vision/stereo/camera_rays.hpp"
+
+#include <limits>
+
+#include "core/check.hpp"
+
+namespace kawara::vision {
+namespace {
+
+/// So that whole vectors can be read at the end.
+constexpr std::size_t kPad = 16;
+
+}  // namespace
+
+CameraRays::CameraRays(const CameraModel& camera, const std::vector<std::uint8_t>& mask)
+    : width_px_(camera.width_px()), height_px_(camera.height_px()) {
+  const auto width = static_cast<std::size_t>(width_px_);
+  const std::size_t pixels = width * static_cast<std::size_t>(height_px_);
+  CORE_CHECK(mask.empty() || mask.size() == pixels);
+  for (auto* component : {&x_, &y_, &z_}) {
+    component->assign(pixels + kPad, std::numeric_limits<float>::quiet_NaN());
+  }
+  seen_.assign(pixels, 0);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (!mask.empty() && mask[i] == 0) continue;
+    const auto ray =
+        camera.Unproject({static_cast<double>(i % width), static_cast<double>(i / width)});
+    if (!ray) continue;
+    x_[i] = static_cast<float>(ray->x());
+    y_[i] = static_cast<float>(ray->y());
+    z_[i] = static_cast<float>(ray->z());
+    seen_[i] = 1;
+  }
+}
+
+void CameraRays::Pack(const ConstImageView& picture, std::vector<std::uint32_t>& rgbx) const {
+  CORE_CHECK(picture.width_px == width_px_ && picture.height_px == height_px_);
+  rgbx.resize(seen_.size());
+  const std::uint8_t* from = picture.data;
+  for (std::size_t i = 0; i < seen_.size(); ++i, from += kRgbBytes) {
+    const std::uint32_t word = static_cast<std::uint32_t>(from[0]) |
+                               static_cast<std::uint32_t>(from[1]) << 8 |
+                               static_cast<std::uint32_t>(from[2]) << 16 | 0xFF000000U;
+    rgbx[i] = seen_[i] != 0 ? word : 0U;
+  }
+}
+
+}  // namespace kawara::vision

@@ -1,0 +1,99 @@
+#include "vision/stereo/pair_matcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/check.hpp"
+#include "vision/stereo/range_kernel.hpp"
+#include "vision/stereo/semi_global_kernel.hpp"
+
+namespace kawara::vision {
+namespace {
+
+/// Of the epipolar grid, in parts of the camera's mean resolution: a mirror camera is dense in
+/// azimuth near its outer circle only, and there the disparities gain nothing from it.
+constexpr double kGridDensity = 0.9;
+/// Regions smaller than this [half-size pixels] stand for nothing; their neighbours are within a
+/// step.
+constexpr int kSpeckle = 25;
+constexpr float kSpeckleStep = 1.0F;
+constexpr int kLane = static_cast<int>(semi_global::kLane);
+
+}  // namespace
+
+double MeanResolution(const CameraRays& rays) {
+  // Solid angle of a pixel: the cross product of its ray's steps to the right and down.
+  double total = 0.0;
+  std::size_t pixels = 0;
+  constexpr int kEvery = 8;
+  const auto width = static_cast<std::size_t>(rays.width_px());
+  for (int v = 0; v + 1 < rays.height_px(); v += kEvery) {
+    for (int u = 0; u + 1 < rays.width_px(); u += kEvery) {
+      const std::size_t i = static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
+      if (!rays.seen(i) || !rays.seen(i + 1) || !rays.seen(i + width)) continue;
+      const auto ray = [&](std::size_t k) {
+        return Eigen::Vector3f(rays.x()[k], rays.y()[k], rays.z()[k]);
+      };
+      const Eigen::Vector3f right = ray(i + 1) - ray(i), down = ray(i + width) - ray(i);
+      total += static_cast<double>(right.cross(down).norm());
+      ++pixels;
+    }
+  }
+  return pixels == 0 ? 0.0 : std::sqrt(static_cast<double>(pixels) / total);
+}
+
+core::Expected<void> PairMatcher::Match(const StereoView& a, const StereoView& b,
+                                        RangeImage& ranges) {
+  const auto pair = EpipolarPair::FromPoses(a.map_from_camera, b.map_from_camera);
+  if (!pair) return tl::unexpected(pair.error());
+  const double px_per_rad = options_.px_per_rad > 0.0
+                                ? options_.px_per_rad
+                                : kGridDensity * MeanResolution(a.camera->rays());
+  const EpipolarGrid grid = EpipolarGrid::Make(px_per_rad, options_.pole_cap_rad);
+  rectifier_.Rectify(*a.camera, a.picture, pair->a_from_epipolar, grid, rectified_a_);
+  rectifier_.Rectify(*b.camera, b.picture, pair->b_from_epipolar, grid, rectified_b_);
+  contrast_.Make(rectified_a_, contrast_a_);
+  contrast_.Make(rectified_b_, contrast_b_);
+  const double widest_px =
+      1.05 * std::atan2(pair->baseline_m, options_.nearest_m) * grid.px_per_rad / 2.0;
+  const int disparities = std::max(kLane, (static_cast<int>(widest_px) + kLane) / kLane * kLane);
+  coarse_.Match(contrast_a_, contrast_b_, disparities, coarse_px_);
+  speckles_.Clean(contrast_a_.width_px, contrast_a_.height_px, kSpeckle, kSpeckleStep, coarse_px_);
+  refiner_.Refine(rectified_a_, rectified_b_, coarse_px_, field_);
+  ToRanges(*a.camera, *pair, ranges);
+  return {};
+}
+
+void PairMatcher::ToRanges(const StereoCamera& camera, const EpipolarPair& pair,
+                           RangeImage& ranges) const {
+  const CameraRays& rays = camera.rays();
+  const EpipolarGrid& grid = rectified_a_.grid;
+  range::FieldView view;
+  view.disparity_px = field_.disparity_px.data();
+  view.sd_px = field_.sd_px.data();
+  view.width = grid.width_px;
+  view.height = grid.height_px;
+  view.px_per_rad = static_cast<float>(grid.px_per_rad);
+  view.first_alpha_rad = static_cast<float>(grid.first_alpha_rad);
+  view.baseline_m = static_cast<float>(pair.baseline_m);
+  for (int i = 0; i < 9; ++i) {
+    view.epipolar_from_camera[i] = static_cast<float>(pair.a_from_epipolar(i % 3, i / 3));
+  }
+  ranges.Reset(rays.width_px(), rays.height_px());
+  const std::size_t pixels = ranges.range_m.size();
+  const auto largest = static_cast<float>(options_.largest_relative_sd);
+  // Blocks of whole vectors; the last one on copies.
+  constexpr std::size_t kBlock = 256;
+  float range_m[kBlock], sd_m[kBlock];
+  for (std::size_t i = 0; i < pixels; i += kBlock) {
+    const std::size_t count = std::min(kBlock, pixels - i);
+    range::RangesOfRow(view, rays.x() + i, rays.y() + i, rays.z() + i, count, range_m, sd_m);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!(sd_m[k] <= largest * range_m[k])) continue;
+      ranges.range_m[i + k] = range_m[k];
+      ranges.sd_m[i + k] = sd_m[k];
+    }
+  }
+}
+
+}  // namespace kawara::vision

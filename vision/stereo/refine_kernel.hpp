@@ -1,0 +1,72 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+/// The inner loops of sub-pixel refinement, compiled for every SIMD target (Highway).
+namespace kawara::vision::refine {
+
+/// Half width of the Gaussian window, and the window's deviation [px].
+constexpr int kRadius = 5;
+constexpr float kWindowSd = 2.75F;
+/// A neighbour belongs to the same surface when its disparity differs by less than
+/// kEdge * (1 + kEdgeGrowth * distance) [px].
+constexpr float kEdge = 1.0F;
+constexpr float kEdgeGrowth = 0.15F;
+/// Largest step of an iteration [px].
+constexpr float kLargestStep = 1.0F;
+/// Mean square slope, three channels together, below which nothing is learned [levels^2 / px^2].
+constexpr float kPlain = 0.5F;
+/// Squared slopes, three channels together, that noise alone makes for a mean squared residual of
+/// one (measured on pictures of nothing but noise, rectified as any); and the least part of the
+/// squared slopes that is taken for the scene's.
+constexpr float kNoiseSlopes = 1.3F;
+constexpr float kLeastScene = 0.1F;
+/// Variance of a window's mean over that of a pixel: the sum of the squares of its weights, times
+/// what neighbouring pixels share by interpolation.
+constexpr float kWindowVariance = 0.0105F * 2.5F;
+/// The least an 8-bit picture's residual can be, mean of a channel [levels^2].
+constexpr float kLeastResidual = 0.25F;
+/// What remains in the best textured places: interpolation, the picture's own sampling [px].
+constexpr float kFloorSd = 0.03F;
+/// In the arrays here: no disparity. Far enough from every disparity to be on no surface.
+constexpr float kNone = -1e4F;
+/// Rows have this many elements before the first and behind the last, with kNone as disparity.
+constexpr std::size_t kPad = 32;
+
+/// What a row of pixels says of its disparities, all rows [width].
+struct Evidence {
+  float* slope_error;   ///< w * sum of slope * error over the channels
+  float* slope_square;  ///< w * sum of slope^2
+  float* error_square;  ///< mean of error^2 over the channels
+};
+
+struct ResidualRow {
+  const std::uint32_t* a;  ///< packed, rectified_picture.hpp
+  const std::uint32_t* b;
+  const float* disparity;  ///< of A's pixels
+  const float* gain[3];    ///< of each of A's columns: A's level over B's
+  std::size_t width;
+  float softness;  ///< w = 1 / (1 + softness * error_square)
+};
+/// error = A(x) - gain B(x + disparity), slope = its derivative by the disparity; zeros where
+/// either picture is not seen.
+void Residuals(const ResidualRow& row, const Evidence& evidence);
+
+/// Mean over the neighbours on the same surface, along the row. in and out of `disparity` and the
+/// evidence; out.disparity is kNone where in's is.
+struct SmoothRow {
+  float* disparity;
+  Evidence evidence;
+  float* support;  ///< weights of the neighbours that were on the surface, over those of the window
+};
+void SmoothAlong(const SmoothRow& in, std::size_t width, const SmoothRow& out);
+/// The same across rows: rows[kRadius] is the one to smooth, null where the picture ends.
+void SmoothAcross(const SmoothRow* const rows[2 * kRadius + 1], std::size_t width,
+                  const SmoothRow& out);
+
+/// The next disparities: the smoothed ones and the step that the evidence asks for.
+void Advance(const SmoothRow& smoothed, std::size_t width, float* disparity);
+/// Their standard deviations [px] by the smoothed evidence. `width` is a multiple of 16.
+void Deviations(const SmoothRow& smoothed, std::size_t width, float* sd);
+
+}  // namespace kawara::vision::refine

@@ -1,0 +1,34 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "vision/camera/camera_model.hpp"
+#include "vision/camera/radial_projection.hpp"
+#include "vision/stereo/camera_rays.hpp"
+
+namespace kawara::vision {
+
+/// Everything about a camera that stereo computes once for all its pictures. Immutable after
+/// construction; any thread.
+class StereoCamera {
+ public:
+  /// `mask`: see CameraRays.
+  explicit StereoCamera(std::shared_ptr<const CameraModel> model,
+                        const std::vector<std::uint8_t>& mask = {})
+      : model_(std::move(model)),
+        rays_(*model_, mask),
+        projection_(RadialProjection::Create(*model_)) {}
+
+  const CameraModel& model() const { return *model_; }
+  const CameraRays& rays() const { return rays_; }
+  /// Empty: not symmetric; rays are projected one by one, which is slower.
+  const std::optional<RadialProjection>& projection() const { return projection_; }
+
+ private:
+  std::shared_ptr<const CameraModel> model_;
+  CameraRays rays_;
+  std::optional<RadialProjection> projection_;
+};
+
+}  // namespace kawara::vision
