@@ -1,0 +1,71 @@
+#pragma once
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vision/camera/camera_model.hpp"
+
+namespace kawara::vision {
+
+/// A camera as two tables, for loops over every pixel: the unit ray of each pixel, and the pixel
+/// nearest to each direction (six faces of a cube). One object a camera; immutable after
+/// construction; any thread.
+class CameraRays {
+ public:
+  static constexpr std::int32_t kNoPixel = -1;
+
+  explicit CameraRays(const CameraModel& camera);
+
+  int width_px() const { return width_px_; }
+  int height_px() const { return height_px_; }
+  std::size_t pixels() const { return x_.size(); }
+
+  /// Components of the unit rays in the camera's frame, rows from the top; NaN: sees nothing.
+  const float* x() const { return x_.data(); }
+  const float* y() const { return y_.data(); }
+  const float* z() const { return z_.data(); }
+  Eigen::Vector3f ray(std::size_t pixel) const { return {x_[pixel], y_[pixel], z_[pixel]}; }
+
+  /// Pixel (row * width + column) that looks along `direction_camera` (any length but zero), within
+  /// about a pixel; kNoPixel outside the picture or the field of view.
+  std::int32_t PixelOf(const Eigen::Vector3f& direction_camera) const {
+    int axis = 0;
+    direction_camera.cwiseAbs().maxCoeff(&axis);
+    const float major = direction_camera[axis];
+    const auto [u, v] = kOtherAxes[static_cast<std::size_t>(axis)];
+    const float scale = half_face_ / std::abs(major);
+    const std::size_t column = Texel(direction_camera[u] * scale);
+    const std::size_t row = Texel(direction_camera[v] * scale);
+    const auto face = static_cast<std::size_t>(2 * axis + (major < 0.0F ? 1 : 0));
+    return nearest_[(face * face_px_ + row) * face_px_ + column];
+  }
+  /// How many pixels look into a steradian around this one: 1 / its solid angle.
+  float PixelsPerSteradian(std::int32_t pixel) const;
+
+  std::size_t memory_bytes() const {
+    return 3 * x_.size() * sizeof(float) + nearest_.size() * sizeof(std::int32_t);
+  }
+
+ private:
+  static constexpr std::array<std::array<int, 2>, 3> kOtherAxes{{{1, 2}, {2, 0}, {0, 1}}};
+
+  std::size_t Texel(float offset) const {
+    const auto texel = static_cast<std::size_t>(std::max(offset + half_face_, 0.0F));
+    return texel < face_px_ ? texel : face_px_ - 1;
+  }
+  std::size_t ChooseFace() const;
+  void FillFaces(const CameraModel& camera);
+
+  int width_px_ = 0, height_px_ = 0;
+  std::vector<float> x_, y_, z_;
+  std::size_t face_px_ = 0;
+  float half_face_ = 0.0F;
+  std::vector<std::int32_t> nearest_;
+};
+
+}  // namespace kawara::vision
