@@ -129,7 +129,7 @@ core::Expected<std::vector<int>> MatchPictures(const std::vector<PoseRow>& rows,
       if (at == by_stem.end()) continue;
       // "left/7.png" is not the right camera's 7.png.
       const fs::path folder = fs::path(rows[r].name).parent_path().filename();
-      const fs::path picture = pictures[static_cast<std::size_t>(at->second)];
+      const fs::path& picture = pictures[static_cast<std::size_t>(at->second)];
       if (!folder.empty() && folder != picture.parent_path().filename()) continue;
       found[r] = at->second;
     }
