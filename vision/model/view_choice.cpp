@@ -1,0 +1,121 @@
+#include "vision/model/view_choice.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace kawara::vision {
+namespace {
+
+constexpr double kNeighbourBonus = 1.3;  // a seam must be worth it
+constexpr double kUnknownShare = 0.5;    // of a view whose distance image is silent there
+constexpr double kSigmas = 3.0;
+
+// How well a view shows a quad; 0: not at all.
+double Score(const TextureView& view, const QuadPlace& quad, double voxel_m, double least_cos,
+             const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d to_camera = view.map_from_camera.translation() - quad.middle;
+  const double distance_m = to_camera.norm();
+  const double cosine = quad.normal.dot(to_camera) / distance_m;
+  if (!(cosine > least_cos)) return 0.0;
+  double score = cosine / (distance_m * distance_m);
+  if (view.ranges != nullptr) {
+    const std::size_t i = view.ranges->index(static_cast<int>(std::lround(pixel.x())),
+                                             static_cast<int>(std::lround(pixel.y())));
+    const auto range_m = static_cast<double>(view.ranges->range_m[i]);
+    if (std::isnan(range_m)) {
+      score *= kUnknownShare;
+    } else if (range_m <
+               distance_m - kSigmas * static_cast<double>(view.ranges->sd_m[i]) - 1.5 * voxel_m) {
+      return 0.0;  // something stands in front of it
+    }
+  }
+  return score;
+}
+
+}  // namespace
+
+QuadPlace PlaceOf(const core::TexturedMesh& mesh, const Quad& quad) {
+  QuadPlace place;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& p = mesh.positions_m[quad[i]];
+    place.corners[i] = mesh.offset_m + Eigen::Vector3d(double{p[0]}, double{p[1]}, double{p[2]});
+    place.middle += 0.25 * place.corners[i];
+    for (std::size_t c = 0; c < 3; ++c) place.colour[c] += 0.25 * mesh.colours[quad[i]][c];
+  }
+  const Eigen::Vector3d twice_area =
+      (place.corners[2] - place.corners[0]).cross(place.corners[3] - place.corners[1]);
+  const double length = twice_area.norm();
+  if (length > 0.0) place.normal = twice_area / length;
+  return place;
+}
+
+std::optional<Eigen::Vector2d> PixelOf(const TextureView& view, const Eigen::Vector3d& point_m) {
+  const Eigen::Vector3d ray = view.map_from_camera.inverse() * point_m;
+  if (!(ray.squaredNorm() > 1e-12)) return std::nullopt;
+  const auto pixel = view.camera.Project(ray);
+  if (!pixel ||
+      !(pixel->x() >= 0.0 && pixel->y() >= 0.0 && pixel->x() <= view.picture.width_px - 1.0 &&
+        pixel->y() <= view.picture.height_px - 1.0))
+    return std::nullopt;
+  return pixel;
+}
+
+std::array<double, 3> SampleAt(const ConstImageView& picture, const Eigen::Vector2d& pixel) {
+  const double u = std::clamp(pixel.x(), 0.0, picture.width_px - 1.0);
+  const double v = std::clamp(pixel.y(), 0.0, picture.height_px - 1.0);
+  const int u0 = std::min(static_cast<int>(u), std::max(picture.width_px - 2, 0));
+  const int v0 = std::min(static_cast<int>(v), std::max(picture.height_px - 2, 0));
+  const int u1 = std::min(u0 + 1, picture.width_px - 1),
+            v1 = std::min(v0 + 1, picture.height_px - 1);
+  const double right = u - u0, down = v - v0;
+  const auto at = [&](int column, int row, std::size_t c) {
+    return static_cast<double>(picture.row(row)[static_cast<std::size_t>(column) * kRgbBytes + c]);
+  };
+  std::array<double, 3> rgb{};
+  for (std::size_t c = 0; c < 3; ++c)
+    rgb[c] = (1 - down) * ((1 - right) * at(u0, v0, c) + right * at(u1, v0, c)) +
+             down * ((1 - right) * at(u0, v1, c) + right * at(u1, v1, c));
+  return rgb;
+}
+
+ViewChoice ChooseViews(const Surface& surface, double voxel_m, std::span<const TextureView> views,
+                       const TextureConfig& config) {
+  ViewChoice choice;
+  choice.view_of_quad.assign(surface.quads.size(), ViewChoice::kNone);
+  std::vector<std::array<double, 3>> ours(views.size()), theirs(views.size());
+  int last = ViewChoice::kNone;
+  for (std::size_t q = 0; q < surface.quads.size(); ++q) {
+    const QuadPlace quad = PlaceOf(surface.mesh, surface.quads[q]);
+    double best = 0.0;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const auto pixel = PixelOf(views[v], quad.middle);
+      if (!pixel) continue;
+      double score = Score(views[v], quad, voxel_m, config.min_incidence_cos, *pixel);
+      if (!(score > 0.0)) continue;
+      const auto seen = SampleAt(views[v].picture, *pixel);
+      for (std::size_t c = 0; c < 3; ++c) {
+        ours[v][c] += quad.colour[c];
+        theirs[v][c] += seen[c];
+      }
+      if (static_cast<int>(v) == last) score *= kNeighbourBonus;
+      const bool whole =
+          score > best && std::all_of(quad.corners.begin(), quad.corners.end(), [&](const auto& p) {
+            return PixelOf(views[v], p).has_value();
+          });
+      if (!whole) continue;
+      best = score;
+      choice.view_of_quad[q] = static_cast<int>(v);
+    }
+    last = choice.view_of_quad[q];
+  }
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    auto& gain = choice.gains.emplace_back(std::array{1.0, 1.0, 1.0});
+    for (std::size_t c = 0; c < 3; ++c)
+      if (theirs[v][c] > 0.0 && ours[v][c] > 0.0)
+        gain[c] = std::clamp(ours[v][c] / theirs[v][c], 0.5, 2.0);
+  }
+  return choice;
+}
+
+}  // namespace kawara::vision
