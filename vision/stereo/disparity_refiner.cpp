@@ -136,15 +136,13 @@ void DisparityRefiner::GainsOfRow(int y) {
       const float bottom = gains_[static_cast<std::size_t>(lower * blocks_x_ + column)][c];
       return top + down * (bottom - top);
     };
-    float* gains = row_gains_[c].data();
-    for (int bx = -1; bx < blocks_x_; ++bx) {
-      const int from = std::max(0, bx * kGainBlock + kGainBlock / 2);
-      const int to = std::min(width_, (bx + 1) * kGainBlock + kGainBlock / 2);
+    // A line of columns lies between two centres.
+    static_assert(kGainBlock == 2 * static_cast<int>(refine::kGainColumns));
+    for (std::size_t k = 0; k < row_gains_[c].size(); ++k) {
+      const int bx = (static_cast<int>(k) + 1) / 2 - 1;
       const float left = of_block(bx), rise = (of_block(bx + 1) - left) / kGainBlock;
-      const int centre = bx * kGainBlock + kGainBlock / 2;
-      for (int x = from; x < to; ++x) {
-        gains[x] = left + rise * (static_cast<float>(x - centre) + 0.5F);
-      }
+      const float centre = (static_cast<float>(bx) + 0.5F) * kGainBlock - 0.5F;
+      row_gains_[c][k] = {left - rise * centre, rise};
     }
   }
 }
@@ -221,7 +219,7 @@ void DisparityRefiner::Refine(const RectifiedPicture& a, const RectifiedPicture&
   for (Row& row : along_) row.Resize(width);
   here_.Resize(width);
   result_.Resize(width);
-  for (auto& gains : row_gains_) gains.assign(width + kPad, 1.0F);
+  for (auto& gains : row_gains_) gains.resize(width / refine::kGainColumns + 1);
   Enlarge(coarse_px);
   FindGains(a, b);
   field.sd_px.resize(a.grid.pixels());

@@ -49,7 +49,7 @@ class DisparityRefiner {
   std::vector<float> disparity_;  ///< rows padded with refine::kNone
   int blocks_x_ = 0, blocks_y_ = 0;
   std::vector<std::array<float, 3>> gains_;
-  std::array<std::vector<float>, 3> row_gains_;
+  std::array<std::vector<refine::GainLine>, 3> row_gains_;
   std::array<Row, 2 * refine::kRadius + 1> along_;
   Row here_, result_;
   std::vector<float> squares_;

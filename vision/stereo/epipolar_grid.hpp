@@ -10,20 +10,30 @@ namespace kawara::vision {
 /// Pixels of the epipolar sphere: rows are meridians all around, columns the angle from the pole,
 /// without the two caps about the poles in which stereo sees nothing. Both axes have the same step.
 struct EpipolarGrid {
-  int width_px = 0;   ///< a multiple of 16
-  int height_px = 0;  ///< a multiple of 4
+  int width_px = 0;   ///< a multiple of 32
+  int height_px = 0;  ///< a multiple of 8
   double px_per_rad = 0.0;
   double first_alpha_rad = 0.0;  ///< of column 0's centre
 
   /// About `px_per_rad`, such that the rows close the circle. `cap_rad`: half opening of the caps.
   static EpipolarGrid Make(double px_per_rad, double cap_rad) {
     EpipolarGrid grid;
-    grid.height_px = std::max(8, 4 * static_cast<int>(std::lround(core::kPi * px_per_rad / 2.0)));
+    grid.height_px = std::max(16, 8 * static_cast<int>(std::lround(core::kPi * px_per_rad / 4.0)));
     grid.px_per_rad = grid.height_px / (2.0 * core::kPi);
     grid.width_px =
-        std::max(32, static_cast<int>((core::kPi - 2.0 * cap_rad) * grid.px_per_rad) / 16 * 16);
+        std::max(64, static_cast<int>((core::kPi - 2.0 * cap_rad) * grid.px_per_rad) / 32 * 32);
     grid.first_alpha_rad = core::kPi / 2.0 - 0.5 * (grid.width_px - 1) / grid.px_per_rad;
     return grid;
+  }
+
+  /// Of pixels twice as wide and high; sizes must be multiples of 32 and 4.
+  EpipolarGrid Halved() const {
+    EpipolarGrid half = *this;
+    half.width_px = width_px / 2;
+    half.height_px = height_px / 2;
+    half.px_per_rad = px_per_rad / 2.0;
+    half.first_alpha_rad = first_alpha_rad + 0.5 / px_per_rad;
+    return half;
   }
 
   double alpha_rad(double x_px) const { return first_alpha_rad + x_px / px_per_rad; }

@@ -13,6 +13,8 @@ namespace {
 /// Of the epipolar grid, in parts of the camera's mean resolution: a mirror camera is dense in
 /// azimuth near its outer circle only, and there the disparities gain nothing from it.
 constexpr double kGridDensity = 0.9;
+/// Above this [px / rad] the search is at a quarter of the size, with a refinement at half between.
+constexpr double kDense = 400.0;
 /// Regions smaller than this [half-size pixels] stand for nothing; their neighbours are within a
 /// step.
 constexpr int kSpeckle = 25;
@@ -52,16 +54,30 @@ core::Expected<void> PairMatcher::Match(const StereoView& a, const StereoView& b
   const EpipolarGrid grid = EpipolarGrid::Make(px_per_rad, options_.pole_cap_rad);
   rectifier_.Rectify(*a.camera, a.picture, pair->a_from_epipolar, grid, rectified_a_);
   rectifier_.Rectify(*b.camera, b.picture, pair->b_from_epipolar, grid, rectified_b_);
-  contrast_.Make(rectified_a_, contrast_a_);
-  contrast_.Make(rectified_b_, contrast_b_);
+  const bool dense = grid.px_per_rad > kDense;
+  if (dense) {
+    Halve(rectified_a_, half_a_);
+    Halve(rectified_b_, half_b_);
+    SearchCoarsely(half_a_, half_b_, pair->baseline_m);
+    refiner_.Refine(half_a_, half_b_, coarse_px_, half_field_);
+    refiner_.Refine(rectified_a_, rectified_b_, half_field_.disparity_px, field_);
+  } else {
+    SearchCoarsely(rectified_a_, rectified_b_, pair->baseline_m);
+    refiner_.Refine(rectified_a_, rectified_b_, coarse_px_, field_);
+  }
+  ToRanges(*a.camera, *pair, ranges);
+  return {};
+}
+
+void PairMatcher::SearchCoarsely(const RectifiedPicture& a, const RectifiedPicture& b,
+                                 double baseline_m) {
+  contrast_.Make(a, contrast_a_);
+  contrast_.Make(b, contrast_b_);
   const double widest_px =
-      1.05 * std::atan2(pair->baseline_m, options_.nearest_m) * grid.px_per_rad / 2.0;
+      1.05 * std::atan2(baseline_m, options_.nearest_m) * a.grid.px_per_rad / 2.0;
   const int disparities = std::max(kLane, (static_cast<int>(widest_px) + kLane) / kLane * kLane);
   coarse_.Match(contrast_a_, contrast_b_, disparities, coarse_px_);
   speckles_.Clean(contrast_a_.width_px, contrast_a_.height_px, kSpeckle, kSpeckleStep, coarse_px_);
-  refiner_.Refine(rectified_a_, rectified_b_, coarse_px_, field_);
-  ToRanges(*a.camera, *pair, ranges);
-  return {};
 }
 
 void PairMatcher::ToRanges(const StereoCamera& camera, const EpipolarPair& pair,

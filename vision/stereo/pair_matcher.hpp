@@ -44,6 +44,7 @@ class PairMatcher {
   const RectifiedPicture& rectified_b() const { return rectified_b_; }
 
  private:
+  void SearchCoarsely(const RectifiedPicture& a, const RectifiedPicture& b, double baseline_m);
   void ToRanges(const StereoCamera& camera, const EpipolarPair& pair, RangeImage& ranges) const;
 
   PairMatcherOptions options_;
@@ -56,6 +57,8 @@ class PairMatcher {
   std::vector<float> coarse_px_;
   DisparityRefiner refiner_;
   DisparityField field_;
+  RectifiedPicture half_a_, half_b_;  ///< of dense cameras
+  DisparityField half_field_;
 };
 
 /// Pixels per radian of a camera, as the square root of its pixels per steradian.

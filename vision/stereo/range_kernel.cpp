@@ -50,6 +50,11 @@ void RangesOfRow(const FieldView& field, const float* x, const float* y, const f
   const auto height = hn::Set(f, static_cast<float>(field.height));
   for (std::size_t i = 0; i < count; i += hn::Lanes(f)) {
     const auto rx = hn::LoadU(f, x + i), ry = hn::LoadU(f, y + i), rz = hn::LoadU(f, z + i);
+    if (hn::AllFalse(f, hn::Eq(rx, rx))) {  // nothing seen here
+      hn::StoreU(unknown, f, range_m + i);
+      hn::StoreU(unknown, f, sd_m + i);
+      continue;
+    }
     const auto turned = [&](int row) {
       return hn::MulAdd(
           hn::Set(f, m[3 * row]), rx,

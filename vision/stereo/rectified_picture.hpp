@@ -21,6 +21,9 @@ struct RectifiedPicture {
   }
 };
 
+/// Each pixel the mean of four of `picture`'s; seen where all four are.
+void Halve(const RectifiedPicture& picture, RectifiedPicture& half);
+
 inline bool Seen(std::uint32_t rgbx) { return rgbx >= 0xFF000000U; }
 
 }  // namespace kawara::vision

@@ -76,8 +76,9 @@ void Residuals(const ResidualRow& row, const Evidence& evidence) {
     const auto s3 = hn::Sub(m(1.5F, t2), t);
     auto slope_error = hn::Zero(f), slope_square = hn::Zero(f), error_square = hn::Zero(f);
     const auto add = [&](auto pa, auto pl, auto pr, auto p0, auto p1, auto p2, auto p3,
-                         const float* gains) {
-      const auto gain = hn::LoadU(f, gains + x);
+                         const GainLine* gains) {
+      const GainLine& line = gains[x / kGainColumns];
+      const auto gain = hn::MulAdd(hn::Set(f, line.rise), column, hn::Set(f, line.base));
       const auto value =
           hn::MulAdd(w0, p0, hn::MulAdd(w1, p1, hn::MulAdd(w2, p2, hn::Mul(w3, p3))));
       const auto rise = hn::MulAdd(s0, p0, hn::MulAdd(s1, p1, hn::MulAdd(s2, p2, hn::Mul(s3, p3))));

@@ -40,11 +40,18 @@ struct Evidence {
   float* error_square;  ///< mean of error^2 over the channels
 };
 
+/// A's level over B's, of kGainColumns columns beside each other: base + rise * column.
+constexpr std::size_t kGainColumns = 32;
+struct GainLine {
+  float base = 1.0F;
+  float rise = 0.0F;
+};
+
 struct ResidualRow {
   const std::uint32_t* a;  ///< packed, rectified_picture.hpp
   const std::uint32_t* b;
-  const float* disparity;  ///< of A's pixels
-  const float* gain[3];    ///< of each of A's columns: A's level over B's
+  const float* disparity;   ///< of A's pixels
+  const GainLine* gain[3];  ///< of a channel, [columns / kGainColumns + 1]
   std::size_t width;
   float softness;  ///< w = 1 / (1 + softness * error_square)
 };
