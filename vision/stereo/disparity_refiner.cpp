@@ -12,7 +12,7 @@ using refine::kNone;
 using refine::kPad;
 using refine::kRadius;
 
-constexpr int kIterations = 3;
+constexpr int kIterations = 2;
 /// Half-size pixels apart: still the same surface.
 constexpr float kSameSurface = 1.0F;
 /// The least an 8-bit picture's residual can be; squared levels.

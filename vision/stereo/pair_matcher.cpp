@@ -23,7 +23,7 @@ constexpr int kLane = static_cast<int>(semi_global::kLane);
 
 }  // namespace
 
-double MeanResolution(const CameraRays& rays) {
+double MeanResolution(const MaskedRays& rays) {
   // Solid angle of a pixel: the cross product of its ray's steps to the right and down.
   double total = 0.0;
   std::size_t pixels = 0;
@@ -82,7 +82,7 @@ void PairMatcher::SearchCoarsely(const RectifiedPicture& a, const RectifiedPictu
 
 void PairMatcher::ToRanges(const StereoCamera& camera, const EpipolarPair& pair,
                            RangeImage& ranges) const {
-  const CameraRays& rays = camera.rays();
+  const MaskedRays& rays = camera.rays();
   const EpipolarGrid& grid = rectified_a_.grid;
   range::FieldView view;
   view.disparity_px = field_.disparity_px.data();

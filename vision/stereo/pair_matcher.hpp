@@ -62,6 +62,6 @@ class PairMatcher {
 };
 
 /// Pixels per radian of a camera, as the square root of its pixels per steradian.
-double MeanResolution(const CameraRays& rays);
+double MeanResolution(const MaskedRays& rays);
 
 }  // namespace kawara::vision

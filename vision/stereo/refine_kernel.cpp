@@ -189,8 +189,7 @@ void Advance(const SmoothRow& smoothed, std::size_t width, float* disparity) {
   const auto zero = hn::Zero(f), none = hn::Set(f, kNone), largest = hn::Set(f, kLargestStep);
   for (std::size_t x = 0; x < width; x += hn::Lanes(f)) {
     const auto now = hn::LoadU(f, smoothed.disparity + x);
-    const auto square = SceneSlopes(hn::LoadU(f, smoothed.evidence.slope_square + x),
-                                    hn::LoadU(f, smoothed.evidence.error_square + x));
+    const auto square = hn::LoadU(f, smoothed.evidence.slope_square + x);
     const auto plain = hn::Set(f, kPlain);
     const auto ratio =
         hn::Div(hn::LoadU(f, smoothed.evidence.slope_error + x), hn::Max(square, plain));
@@ -210,8 +209,9 @@ void Deviations(const SmoothRow& smoothed, std::size_t width, float* sd) {
     const auto scene = SceneSlopes(hn::LoadU(f, evidence.slope_square + x),
                                    hn::LoadU(f, evidence.error_square + x));
     const auto slope = hn::Max(scene, hn::Set(f, 1e-3F));
-    const auto variance = hn::MulAdd(hn::Set(f, kWindowVariance), hn::Div(residual, slope),
-                                     hn::Set(f, kFloorSd * kFloorSd));
+    const auto noise =
+        hn::MulAdd(hn::Set(f, kWindowVariance), residual, hn::Set(f, kPattern));
+    const auto variance = hn::Add(hn::Div(noise, slope), hn::Set(f, kFloorSd * kFloorSd));
     // At an edge there are fewer neighbours, and those are not quite of the surface either.
     const auto support = hn::Max(hn::LoadU(f, smoothed.support + x), hn::Set(f, 0.05F));
     hn::StoreU(hn::Div(hn::Sqrt(variance), support), f, sd + x);

@@ -21,9 +21,12 @@ constexpr float kPlain = 0.5F;
 /// squared slopes that is taken for the scene's.
 constexpr float kNoiseSlopes = 1.3F;
 constexpr float kLeastScene = 0.1F;
-/// Variance of a window's mean over that of a pixel: the sum of the squares of its weights, times
-/// what neighbouring pixels share by interpolation.
-constexpr float kWindowVariance = 0.0105F * 2.5F;
+/// Variance of a window's mean over that of a pixel: the sum of the squares of its weights, and a
+/// little for what neighbouring pixels share by interpolation.
+constexpr float kWindowVariance = 0.0105F * 1.25F;
+/// What no averaging takes away, summed over the channels [levels^2]: patterns of the sensor and of
+/// the compression, shading that the gains do not follow.
+constexpr float kPattern = 0.08F;
 /// The least an 8-bit picture's residual can be, mean of a channel [levels^2].
 constexpr float kLeastResidual = 0.25F;
 /// What remains in the best textured places: interpolation, the picture's own sampling [px].

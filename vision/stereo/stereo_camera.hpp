@@ -5,7 +5,7 @@
 
 #include "vision/camera/camera_model.hpp"
 #include "vision/camera/radial_projection.hpp"
-#include "vision/stereo/camera_rays.hpp"
+#include "vision/stereo/masked_rays.hpp"
 
 namespace kawara::vision {
 
@@ -13,7 +13,7 @@ namespace kawara::vision {
 /// construction; any thread.
 class StereoCamera {
  public:
-  /// `mask`: see CameraRays.
+  /// `mask`: see MaskedRays.
   explicit StereoCamera(std::shared_ptr<const CameraModel> model,
                         const std::vector<std::uint8_t>& mask = {})
       : model_(std::move(model)),
@@ -21,13 +21,13 @@ class StereoCamera {
         projection_(RadialProjection::Create(*model_)) {}
 
   const CameraModel& model() const { return *model_; }
-  const CameraRays& rays() const { return rays_; }
+  const MaskedRays& rays() const { return rays_; }
   /// Empty: not symmetric; rays are projected one by one, which is slower.
   const std::optional<RadialProjection>& projection() const { return projection_; }
 
  private:
   std::shared_ptr<const CameraModel> model_;
-  CameraRays rays_;
+  MaskedRays rays_;
   std::optional<RadialProjection> projection_;
 };
 

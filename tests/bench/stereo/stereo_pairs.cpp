@@ -194,7 +194,7 @@ RangeImage RangesOf(const cv::Mat& disparity_16, const Pair& pair, const Epipola
     view.epipolar_from_camera[i] = static_cast<float>(geometry.a_from_epipolar(i % 3, i / 3));
   }
   RangeImage ranges;
-  const CameraRays& rays = pair.camera->rays();
+  const MaskedRays& rays = pair.camera->rays();
   ranges.Reset(rays.width_px(), rays.height_px());
   const std::size_t pixels = ranges.range_m.size();
   ranges.range_m.resize(pixels + 16);

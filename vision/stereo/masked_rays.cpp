@@ -1,4 +1,4 @@
-#include "vision/stereo/camera_rays.hpp"
+#include "vision/stereo/masked_rays.hpp"
 
 #include <limits>
 
@@ -12,7 +12,7 @@ constexpr std::size_t kPad = 16;
 
 }  // namespace
 
-CameraRays::CameraRays(const CameraModel& camera, const std::vector<std::uint8_t>& mask)
+MaskedRays::MaskedRays(const CameraModel& camera, const std::vector<std::uint8_t>& mask)
     : width_px_(camera.width_px()), height_px_(camera.height_px()) {
   const auto width = static_cast<std::size_t>(width_px_);
   const std::size_t pixels = width * static_cast<std::size_t>(height_px_);
@@ -33,7 +33,7 @@ CameraRays::CameraRays(const CameraModel& camera, const std::vector<std::uint8_t
   }
 }
 
-void CameraRays::Pack(const ConstImageView& picture, std::vector<std::uint32_t>& rgbx) const {
+void MaskedRays::Pack(const ConstImageView& picture, std::vector<std::uint32_t>& rgbx) const {
   CORE_CHECK(picture.width_px == width_px_ && picture.height_px == height_px_);
   rgbx.resize(seen_.size());
   const std::uint8_t* from = picture.data;

@@ -9,10 +9,10 @@ namespace kawara::vision {
 
 /// A camera's unit rays, computed once: [height][width] of each component in the camera frame, NaN
 /// where a pixel sees nothing valid or is masked. Immutable after construction; any thread.
-class CameraRays {
+class MaskedRays {
  public:
   /// `mask`, if not empty, [height][width]: 0 hides a pixel (the robot's own body).
-  explicit CameraRays(const CameraModel& camera, const std::vector<std::uint8_t>& mask = {});
+  explicit MaskedRays(const CameraModel& camera, const std::vector<std::uint8_t>& mask = {});
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }

@@ -1,0 +1,138 @@
+#include "onboard/mapper/depth_only.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "vision/stereo/pair_matcher.hpp"
+
+namespace kawara::mapper {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string NameOf(const survey::Survey& survey, const survey::SurveyFrame& frame) {
+  const std::string& camera = survey.cameras[static_cast<std::size_t>(frame.camera)].name;
+  return survey.cameras.size() > 1 && !camera.empty() ? camera + "/" + frame.name : frame.name;
+}
+
+Eigen::Isometry3d PoseOf(const survey::Survey& survey, const survey::SurveyFrame& frame) {
+  return frame.pose.map_from_body *
+         survey.cameras[static_cast<std::size_t>(frame.camera)].body_from_camera;
+}
+
+double Median(std::vector<float> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return static_cast<double>(*middle);
+}
+
+/// What this program does not yet make of a rig's description.
+std::string Unheeded(const survey::SurveyCamera& camera) {
+  if (camera.line_delay_s != 0.0) {
+    return "the camera has a rolling shutter (line_delay_s): the picture is taken as of one "
+           "instant, so ranges are "
+           "off where the robot moved or turned during its readout";
+  }
+  if (camera.time_offset_s != 0.0) {
+    return "time_offset_s is not heeded: the poses are taken as those of the exposures";
+  }
+  return {};
+}
+
+}  // namespace
+
+core::Expected<const survey::SurveyFrame*> FindFrame(const survey::Survey& survey,
+                                                     const std::string& name) {
+  const survey::SurveyFrame* found = nullptr;
+  for (const auto& frame : survey.frames) {
+    const std::string full = NameOf(survey, frame);
+    const bool fits = name == full || name == frame.name || name == frame.file.filename().string();
+    if (!fits) continue;
+    if (found != nullptr) {
+      return core::Fail(core::ErrorCode::kInvalidArgument,
+                        "frame '" + name + "' is the name of several pictures: say which, as '" +
+                            NameOf(survey, *found) + "' or '" + full + "'");
+    }
+    found = &frame;
+  }
+  if (found != nullptr) return found;
+  std::string names = NameOf(survey, survey.frames.front());
+  if (survey.frames.size() > 1) names += " ... " + NameOf(survey, survey.frames.back());
+  return core::Fail(core::ErrorCode::kNotFound,
+                    "no frame '" + name + "' with a pose in the survey; there are " +
+                        std::to_string(survey.frames.size()) + ": " + names);
+}
+
+core::Expected<DepthResult> RunDepthOnly(const DepthOptions& options) {
+  const auto survey = survey::OpenSurvey(options.survey);
+  if (!survey) return tl::unexpected(survey.error());
+  const auto frame_a = FindFrame(*survey, options.frame_a);
+  if (!frame_a) return tl::unexpected(frame_a.error());
+  const auto frame_b = FindFrame(*survey, options.frame_b);
+  if (!frame_b) return tl::unexpected(frame_b.error());
+  const auto picture_a = survey::LoadFrame(*survey, **frame_a);
+  if (!picture_a) return tl::unexpected(picture_a.error());
+  const auto picture_b = survey::LoadFrame(*survey, **frame_b);
+  if (!picture_b) return tl::unexpected(picture_b.error());
+
+  const auto camera_of = [&](const survey::SurveyFrame& frame) {
+    const auto& camera = survey->cameras[static_cast<std::size_t>(frame.camera)];
+    return std::make_shared<const vision::StereoCamera>(camera.model, camera.mask);
+  };
+  const auto camera_a = camera_of(**frame_a);
+  const auto camera_b = (*frame_a)->camera == (*frame_b)->camera ? camera_a : camera_of(**frame_b);
+  const vision::StereoView a{camera_a.get(), picture_a->view(), PoseOf(*survey, **frame_a)};
+  const vision::StereoView b{camera_b.get(), picture_b->view(), PoseOf(*survey, **frame_b)};
+
+  DepthResult result;
+  result.baseline_m = (b.map_from_camera.translation() - a.map_from_camera.translation()).norm();
+  result.warning = Unheeded(survey->cameras[static_cast<std::size_t>((*frame_a)->camera)]);
+  vision::PairMatcherOptions matching;
+  matching.nearest_m = options.nearest_m;
+  matching.px_per_rad = options.px_per_rad;
+  vision::PairMatcher matcher(matching);
+  vision::RangeImage ranges;
+  const auto start = std::chrono::steady_clock::now();
+  const auto done = matcher.Match(a, b, ranges);
+  if (!done) return tl::unexpected(done.error());
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  std::vector<float> known_m, sd_m;
+  double seen = 0.0;
+  for (std::size_t i = 0; i < ranges.range_m.size(); ++i) {
+    if (camera_a->rays().seen(i)) seen += 1.0;
+    if (std::isnan(ranges.range_m[i])) continue;
+    known_m.push_back(ranges.range_m[i]);
+    sd_m.push_back(ranges.sd_m[i]);
+  }
+  if (known_m.empty()) {
+    return core::Fail(
+        core::ErrorCode::kFormat,
+        "frames '" + options.frame_a + "' and '" + options.frame_b +
+            "' show nothing in common that could be measured: check that their poses, the mounting "
+            "and "
+            "the calibration are of these pictures, or take frames nearer to each other");
+  }
+  result.known = static_cast<double>(known_m.size()) / seen;
+  result.median_range_m = Median(std::move(known_m));
+  result.median_sd_m = Median(std::move(sd_m));
+
+  std::error_code error;
+  fs::create_directories(options.out, error);
+  if (error) {
+    return core::Fail(core::ErrorCode::kIo,
+                      "make folder " + options.out.string() + ": " + error.message());
+  }
+  std::string name = NameOf(*survey, **frame_a) + "_" + NameOf(*survey, **frame_b);
+  std::replace(name.begin(), name.end(), '/', '-');
+  auto files = WriteRangeFiles(ranges, options.out, name);
+  if (!files) return tl::unexpected(files.error());
+  result.files = std::move(*files);
+  return result;
+}
+
+}  // namespace kawara::mapper

@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "core/expected.hpp"
+#include "onboard/mapper/range_files.hpp"
+#include "onboard/survey/survey.hpp"
+
+namespace kawara::mapper {
+
+/// What `kawara-mapper SURVEY --depth-only A B` is asked for.
+struct DepthOptions {
+  std::filesystem::path survey;
+  std::string frame_a, frame_b;
+  std::filesystem::path out = ".";
+  double nearest_m = 1.5;
+  double px_per_rad = 0.0;  ///< 0: the camera's own
+};
+
+struct DepthResult {
+  RangeFiles files;
+  double baseline_m = 0.0;
+  double known = 0.0;  ///< part of the pixels the camera sees
+  double median_range_m = 0.0;
+  double median_sd_m = 0.0;
+  double seconds = 0.0;  ///< of the matching alone
+  std::string warning;   ///< one line, or empty
+};
+
+/// A frame by its name: the picture's file name with or without its ending, with several cameras
+/// "CAMERA/NAME". Errors: kNotFound (says what names there are), kInvalidArgument (several fit).
+core::Expected<const survey::SurveyFrame*> FindFrame(const survey::Survey& survey,
+                                                     const std::string& name);
+
+/// The distance image of frame A by stereo with frame B. Errors: the survey's; kInvalidArgument:
+/// the frames are the same place; kFormat: the pictures have nothing in common.
+core::Expected<DepthResult> RunDepthOnly(const DepthOptions& options);
+
+}  // namespace kawara::mapper
