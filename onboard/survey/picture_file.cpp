@@ -44,6 +44,26 @@ std::optional<std::int64_t> JpegPixels(std::span<const std::uint8_t> b) {
   return {};
 }
 
+/// A copy that was cut short: OpenCV would fill up what is missing with grey and say nothing. A
+/// JPEG ends with the marker EOI, which cannot be within the scan's data (0xFF is followed by 0
+/// there); a PNG with the chunk IEND. Anything may follow.
+bool EndsEarly(std::span<const std::uint8_t> b) {
+  const bool jpeg = b[0] == 0xFF;
+  std::size_t at = 8;
+  if (jpeg) {
+    // To the first scan: thumbnails lie in segments before it.
+    for (at = 2; at + 4 <= b.size() && b[at + 1] != 0xDA;) {
+      at += b[at + 1] == 0xFF ? 1 : 2 + static_cast<std::size_t>(BigEndian(b, at + 2, 2));
+    }
+  }
+  constexpr std::array<std::uint8_t, 2> kJpegEnd = {0xFF, 0xD9};
+  constexpr std::array<std::uint8_t, 4> kPngEnd = {'I', 'E', 'N', 'D'};
+  const auto rest = b.subspan(std::min(at, b.size()));
+  const auto found = jpeg ? std::search(rest.begin(), rest.end(), kJpegEnd.begin(), kJpegEnd.end())
+                          : std::search(rest.begin(), rest.end(), kPngEnd.begin(), kPngEnd.end());
+  return found == rest.end();
+}
+
 }  // namespace
 
 core::Expected<Picture> DecodePicture(std::span<const std::uint8_t> bytes) {
@@ -55,6 +75,10 @@ core::Expected<Picture> DecodePicture(std::span<const std::uint8_t> bytes) {
     return core::Fail(
         core::ErrorCode::kFormat,
         "a picture of " + std::to_string(*pixels / 1'000'000) + " megapixels: expected at most 80");
+  }
+  if (EndsEarly(bytes)) {
+    return core::Fail(core::ErrorCode::kFormat,
+                      "the picture ends early: copy it again, or take it out of the folder");
   }
   cv::Mat bgr;
   try {
