@@ -129,7 +129,7 @@ void AddMesh(const core::TexturedMesh& mesh, Buffers& buffers, Lists& lists) {
     lists.textures += "{\"source\":" + std::to_string(lists.textured) + "}";
     lists.materials += ",\"baseColorTexture\":{\"index\":" + std::to_string(lists.textured++) + "}";
   }
-  lists.materials += "},\"doubleSided\":true}";
+  lists.materials += "},\"doubleSided\":true,\"extensions\":{\"KHR_materials_unlit\":{}}}";
   Buffers::Comma(lists.meshes);
   lists.meshes += "{\"name\":\"" + mesh.name + "\",\"primitives\":[{\"attributes\":{" + attributes +
                   "},\"indices\":" + std::to_string(indices) +
@@ -146,8 +146,11 @@ std::string JsonOf(const Lists& lists, const Buffers& buffers, std::size_t binar
                    const core::Geodetic& origin) {
   std::string json =
       "{\"asset\":{\"version\":\"2.0\",\"generator\":\"Kawaraban\",\"extras\":{\"origin\":\"" +
-      OriginText(origin) + "\"}},\"scene\":0,\"scenes\":[{\"nodes\":[" +
-      std::to_string(lists.count) + "]}],\"nodes\":[" + lists.nodes;
+      OriginText(origin) + "\"}},";
+  // Pictures have their own light.
+  if (lists.count > 0) json += "\"extensionsUsed\":[\"KHR_materials_unlit\"],";
+  json += "\"scene\":0,\"scenes\":[{\"nodes\":[" + std::to_string(lists.count) + "]}],\"nodes\":[" +
+          lists.nodes;
   if (lists.count > 0) json += ",";
   // The last node is the root: -90 degrees about X take up to Y and north to -Z.
   json += "{\"name\":\"map\",\"rotation\":[-0.70710678118654757,0,0,0.70710678118654757]";

@@ -28,7 +28,7 @@ void AppendShape(std::string& text, const core::TexturedMesh& mesh) {
   text += ' ';
   AppendNumber(text, mesh.offset_m.z(), 4);
   text += "\n      children Shape {\n        appearance Appearance {\n";
-  text += "          material Material { diffuseColor 1 1 1 ambientIntensity 1 }\n";
+  // No Material: lamps do not count (ISO 14772-1, 4.14.4), pictures have their own light.
   if (textured) text += "          texture ImageTexture { url \"" + TextureName(mesh) + "\" }\n";
   text += "        }\n        geometry IndexedFaceSet {\n          solid FALSE\n";
   text += "          coord Coordinate { point [\n";
