@@ -71,7 +71,7 @@ std::string MinMax(const Rows& rows) {
     std::string text;
     for (const float v : values) {
       Buffers::Comma(text);
-      AppendNumber(text, double{v}, 9);
+      AppendNumber(text, static_cast<double>(v), 9);
     }
     return "[" + text + "]";
   };

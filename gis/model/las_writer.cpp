@@ -117,7 +117,7 @@ std::string Header(const Cloud& cloud, std::size_t wkt_bytes) {
   h.append(8 + 8 + 4, '\0');  // waveforms, extended records
   AppendBytes(h, n);
   AppendBytes(h, n);  // all of them first returns
-  h.append(14 * 8, '\0');
+  h.append(std::size_t{14} * 8, '\0');
   return h;
 }
 

@@ -28,8 +28,8 @@ core::Expected<void> WritePlyMesh(const std::filesystem::path& path,
   for (const auto& mesh : meshes) {
     for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k)
-        AppendBytes(file,
-                    mesh.offset_m[static_cast<Eigen::Index>(k)] + double{mesh.positions_m[i][k]});
+        AppendBytes(file, mesh.offset_m[static_cast<Eigen::Index>(k)] +
+                              static_cast<double>(mesh.positions_m[i][k]));
       AppendBytes(file, mesh.normals.empty() ? std::array<float, 3>{} : mesh.normals[i]);
       AppendBytes(file, mesh.colours.empty() ? std::array<std::uint8_t, 3>{200, 200, 200}
                                              : mesh.colours[i]);

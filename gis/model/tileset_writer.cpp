@@ -37,8 +37,7 @@ TileEntry EntryOf(const core::TexturedMesh& mesh, std::string uri) {
   TileEntry entry{std::move(uri), mesh.revision, mesh.offset_m, mesh.offset_m};
   for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
     const auto& p = mesh.positions_m[i];
-    const Eigen::Vector3d at =
-        mesh.offset_m + Eigen::Vector3d(double{p[0]}, double{p[1]}, double{p[2]});
+    const Eigen::Vector3d at = mesh.offset_m + Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
     entry.min_m = i == 0 ? at : Eigen::Vector3d(entry.min_m.cwiseMin(at));
     entry.max_m = i == 0 ? at : Eigen::Vector3d(entry.max_m.cwiseMax(at));
   }

@@ -33,7 +33,8 @@ void AppendShape(std::string& text, const core::TexturedMesh& mesh) {
   text += "        }\n        geometry IndexedFaceSet {\n          solid FALSE\n";
   text += "          coord Coordinate { point [\n";
   for (const auto& p : mesh.positions_m)
-    AppendRow<3>(text, {double{p[0]}, double{p[1]}, double{p[2]}}, 4);
+    AppendRow<3>(
+        text, {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}, 4);
   text += "          ] }\n          coordIndex [\n";
   for (const auto& t : mesh.triangles)
     text +=
@@ -43,7 +44,7 @@ void AppendShape(std::string& text, const core::TexturedMesh& mesh) {
     text += "          texCoord TextureCoordinate { point [\n";
     // VRML counts from the picture's lower left.
     for (const auto& t : mesh.texture_coordinates)
-      AppendRow<2>(text, {double{t[0]}, 1.0 - double{t[1]}}, 6);
+      AppendRow<2>(text, {static_cast<double>(t[0]), 1.0 - static_cast<double>(t[1])}, 6);
     text += "          ] }\n";
   } else if (!mesh.colours.empty()) {
     text += "          color Color { color [\n";
@@ -54,7 +55,9 @@ void AppendShape(std::string& text, const core::TexturedMesh& mesh) {
   if (!mesh.normals.empty()) {
     text += "          normal Normal { vector [\n";
     for (const auto& n : mesh.normals)
-      AppendRow<3>(text, {double{n[0]}, double{n[1]}, double{n[2]}}, 3);
+      AppendRow<3>(
+          text, {static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])},
+          3);
     text += "          ] }\n";
   }
   text += "        }\n      }\n    }\n";

@@ -39,7 +39,7 @@ QuadPlace PlaceOf(const core::TexturedMesh& mesh, const Quad& quad) {
   QuadPlace place;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto& p = mesh.positions_m[quad[i]];
-    place.corners[i] = mesh.offset_m + Eigen::Vector3d(double{p[0]}, double{p[1]}, double{p[2]});
+    place.corners[i] = mesh.offset_m + Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
     place.middle += 0.25 * place.corners[i];
     for (std::size_t c = 0; c < 3; ++c) place.colour[c] += 0.25 * mesh.colours[quad[i]][c];
   }
@@ -53,7 +53,7 @@ QuadPlace PlaceOf(const core::TexturedMesh& mesh, const Quad& quad) {
 std::optional<Eigen::Vector2d> PixelOf(const TextureView& view, const Eigen::Vector3d& point_m) {
   const Eigen::Vector3d ray = view.map_from_camera.inverse() * point_m;
   if (!(ray.squaredNorm() > 1e-12)) return std::nullopt;
-  const auto pixel = view.camera.Project(ray);
+  auto pixel = view.camera.Project(ray);
   if (!pixel ||
       !(pixel->x() >= 0.0 && pixel->y() >= 0.0 && pixel->x() <= view.picture.width_px - 1.0 &&
         pixel->y() <= view.picture.height_px - 1.0))

@@ -46,7 +46,7 @@ VoxelPatch::VoxelPatch(const VoxelMap& map, const TileIndex& tile, const Occupan
     s.centroid +=
         Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) +
         Eigen::Vector3f::Constant(0.5F);
-    at_[static_cast<std::size_t>((z * side_ + y) * side_ + x)] = static_cast<std::int32_t>(i);
+    at_[Place(x, y, z)] = static_cast<std::int32_t>(i);
   }
   FindNormals();
 }

@@ -32,10 +32,7 @@ class VoxelPatch {
   /// Number of the surfel in voxel (x, y, z) from the patch's first; kNone.
   std::int32_t At(int x, int y, int z) const {
     if (x < 0 || y < 0 || z < 0 || x >= side_ || y >= side_ || z >= height_) return kNone;
-    return at_[(static_cast<std::size_t>(z) * static_cast<std::size_t>(side_) +
-                static_cast<std::size_t>(y)) *
-                   static_cast<std::size_t>(side_) +
-               static_cast<std::size_t>(x)];
+    return at_[Place(x, y, z)];
   }
   int side() const { return side_; }
   int height() const { return height_; }
@@ -44,6 +41,11 @@ class VoxelPatch {
 
  private:
   void FindNormals();
+  std::size_t Place(int x, int y, int z) const {
+    const auto side = static_cast<std::size_t>(side_);
+    return (static_cast<std::size_t>(z) * side + static_cast<std::size_t>(y)) * side +
+           static_cast<std::size_t>(x);
+  }
 
   int side_ = kTileSide + 2 * kMargin;
   int height_ = 0;

@@ -41,7 +41,7 @@ class CameraRays {
     const float scale = half_face_ / std::abs(major);
     const std::size_t column = Texel(direction_camera[u] * scale);
     const std::size_t row = Texel(direction_camera[v] * scale);
-    const auto face = static_cast<std::size_t>(2 * axis + (major < 0.0F ? 1 : 0));
+    const std::size_t face = 2 * static_cast<std::size_t>(axis) + (major < 0.0F ? 1U : 0U);
     return nearest_[(face * face_px_ + row) * face_px_ + column];
   }
   /// How many pixels look into a steradian around this one: 1 / its solid angle.

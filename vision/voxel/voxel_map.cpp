@@ -196,7 +196,7 @@ const Voxel* VoxelMap::Find(const VoxelIndex& index) const {
 }
 
 std::size_t VoxelMap::memory_bytes() const {
-  return grid_.memory_bytes() + window_.capacity() * sizeof(window_[0]);
+  return grid_.memory_bytes() + window_.capacity() * sizeof(std::uintptr_t);
 }
 
 }  // namespace kawara::vision

@@ -26,7 +26,7 @@ struct Fit {
 
 Eigen::Vector3d Corner(const core::TexturedMesh& mesh, std::uint32_t i) {
   const auto& p = mesh.positions_m[i];
-  return mesh.offset_m + Eigen::Vector3d(p[0], p[1], p[2]);
+  return mesh.offset_m + Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
 }
 
 class StreetSurface : public ::testing::Test {

@@ -40,9 +40,10 @@ class TexturedStreet : public ::testing::Test {
       Eigen::Vector2d uv(0, 0);
       for (const std::uint32_t i : q) {
         const auto& p = s.mesh.positions_m[i];
-        middle += 0.25 * Eigen::Vector3d(p[0], p[1], p[2]);
+        middle += 0.25 * Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
         uv += 0.25 *
-              Eigen::Vector2d(s.mesh.texture_coordinates[i][0], s.mesh.texture_coordinates[i][1]);
+              Eigen::Vector2f(s.mesh.texture_coordinates[i][0], s.mesh.texture_coordinates[i][1])
+                  .cast<double>();
       }
       const auto u = static_cast<std::size_t>(uv.x() * atlas->width_px);
       const std::uint8_t* const rgb =
