@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "estimation/local_frame.hpp"
+
 namespace kawara::estimation {
 namespace {
 
@@ -52,6 +54,20 @@ void KeepCalibration(const ErrorCovariance& learned, ErrorCovariance& covariance
   }
 }
 
+/// The covariance of a body whose antenna's position and velocity have those of `antenna`.
+ErrorCovariance FromAntenna(const ErrorCovariance& antenna, const Eigen::Vector3d& arm_ned_m,
+                            const Eigen::Vector3d& sway_ned_mps) {
+  const Eigen::Matrix3d of_arm = CrossMatrix(arm_ned_m), of_sway = CrossMatrix(sway_ned_mps);
+  ErrorCovariance body = antenna;
+  const auto add = [&](int first, const Eigen::Matrix3d& by_attitude) {
+    body.middleRows<3>(first) += by_attitude * body.middleRows<3>(kAttitude);
+    body.middleCols<3>(first) += body.middleCols<3>(kAttitude) * by_attitude.transpose();
+  };
+  add(kPosition, of_arm);
+  add(kVelocity, of_sway);
+  return body;
+}
+
 }  // namespace
 
 HeadingBank::HeadingBank(const NavigationConfig& config) : config_(&config) {
@@ -74,10 +90,15 @@ void HeadingBank::Start(const AlignmentStart& start, const NavigationFilter* cal
     const Eigen::Matrix3d ned_from_body =
         core::RotationNedFromBody({start.roll_rad, start.pitch_rad, yaw_rad});
     state.ned_from_body = Eigen::Quaterniond(ned_from_body);
-    state.position = Displaced(start.antenna, -(ned_from_body * config_->lever_arm_frd_m));
-    state.velocity_ned_mps = start.velocity_ned_mps;
     if (calibrated == nullptr) state.gyro_bias_radps = start.gyro_bias_radps;
-    filters_.emplace_back(*config_, state, covariance);
+    // What is known is the antenna. The body is where the attitude puts it, errors and all: were
+    // they taken for independent, the next fix would pass for news of the attitude.
+    const Eigen::Vector3d arm = ned_from_body * config_->lever_arm_frd_m;
+    const Eigen::Vector3d sway =
+        ned_from_body * state.TrueRate(start.rate_radps).cross(config_->lever_arm_frd_m);
+    state.position = Displaced(start.antenna, -arm);
+    state.velocity_ned_mps = start.velocity_ned_mps - sway;
+    filters_.emplace_back(*config_, state, FromAntenna(covariance, arm, sway));
     filters_.back().SetHypothesis(true);
     double weight = 1.0;
     if (start.heading_rad) {

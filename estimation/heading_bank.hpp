@@ -10,7 +10,7 @@ namespace kawara::estimation {
 /// What is known when alignment begins.
 struct AlignmentStart {
   core::GpsTime stamp;
-  core::Geodetic antenna;
+  core::Geodetic antenna;  ///< position and velocity are its, too
   Eigen::Vector3d position_sd_ned_m = Eigen::Vector3d::Ones();
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
   double velocity_sd_mps = 2.0;
@@ -19,7 +19,8 @@ struct AlignmentStart {
   double level_sd_rad = 5.0 * core::kRadFromDeg;
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
   double gyro_bias_sd_radps = 0.0;
-  std::optional<double> heading_rad;  ///< an idea of it, not more
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  ///< measured, body: turns the antenna
+  std::optional<double> heading_rad;                     ///< an idea of it, not more
   double heading_sd_rad = 0.0;
 };
 

@@ -24,6 +24,7 @@ constexpr double kGravity = 9.80665;
 void Levelling::Add(const ImuSample& sample) {
   const double dt_s = last_time_.IsSet() ? core::ToSeconds(sample.time - last_time_) : 0.01;
   last_time_ = sample.time;
+  rate_ = sample.rate_radps;
   ++count_;
   seconds_ += dt_s;
   const double share = std::max(1.0 / count_, std::min(1.0, dt_s / kMemory));
@@ -51,6 +52,7 @@ std::optional<AlignmentStart> Levelling::OnFix(core::GpsTime stamp, const core::
   AlignmentStart start;
   start.stamp = stamp;
   start.antenna = fix.antenna;
+  start.rate_radps = rate_;
   start.position_sd_ned_m = 1.5 * StatedVarianceNed(fix, config.gnss).cwiseSqrt();
   if (fix.has_velocity) {
     start.velocity_ned_mps = NedFromEnu(fix.velocity_enu_mps);

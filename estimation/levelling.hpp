@@ -25,6 +25,7 @@ class Levelling {
   int count_ = 0;  ///< samples in the means below, which forget with a second
   double seconds_ = 0.0;
   core::GpsTime last_time_;
+  Eigen::Vector3d rate_ = Eigen::Vector3d::Zero();  ///< newest
   Eigen::Vector3d rate_mean_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d rate_var_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d force_mean_ = Eigen::Vector3d::Zero();

@@ -145,6 +145,36 @@ TEST_P(Headings, AreFoundInMotion) {
 }
 INSTANTIATE_TEST_SUITE_P(All36, Headings, ::testing::Range(0, 360, 10));
 
+/// Thrown in while driving, antenna off the middle, from 72 headings: what is claimed when the
+/// hypotheses have decided is true. 72 independent draws keep their mean square below 1.5 with
+/// 99.6 %; it was 21 when the first fixes passed for news of the heading.
+TEST(NavigatorAlignment, ClaimsNoMoreOfTheHeadingThanItKnows) {
+  DriveSensors sensors = Sensors();
+  sensors.lever_arm_frd_m = {0.6, -0.2, -0.9};
+  double sum = 0.0;
+  constexpr int kStarts = 72;
+  for (int i = 0; i < kStarts; ++i) {
+    DrivePlan plan;
+    plan.stops.clear();
+    plan.yaw_rad = core::WrapPi(5.0 * i * core::kRadFromDeg);
+    plan.duration_s = 30.0;
+    const DriveRecording drive = Record(plan, sensors, static_cast<unsigned>(200 + i));
+    Navigator navigator(ConfigOf(sensors));
+    bool decided = false;
+    Play(drive, navigator, [&](std::size_t sample) {
+      const NavSolution& solution = navigator.Latest();
+      if (decided || !solution.valid()) return;
+      decided = true;
+      const double miss_rad = testing::AttitudeError(solution, drive.truth[sample]).z();
+      const double normalised = miss_rad / solution.attitude_sd_rad().z();
+      sum += normalised * normalised;
+    });
+    EXPECT_TRUE(decided) << plan.yaw_rad;
+  }
+  RecordProperty("mean_square", std::to_string(sum / kStarts));
+  EXPECT_LT(sum / kStarts, 1.5) << "first valid yaw error in units of its deviation";
+}
+
 /// Ten minutes at rest: the gyros alone would lead away by degrees. Counted from a minute after the
 /// vehicle stopped; until then the gyro bias, which rest shows, still mends the heading of the
 /// drive.
