@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/config/constraints.hpp"
+#include "estimation/sensor_figures.hpp"
 #include "onboard/epoch_scheduler.hpp"
 #include "vision/phase1_picture.hpp"
 
@@ -96,6 +97,7 @@ struct AhrsConfig {
 struct NavigationSettings {
   bool filter = true;                    ///< false: fix and attitude unit, interpolated
   std::string sensor = "ahrs400cc-100";  ///< profile of the inertial unit's errors
+  estimation::SensorFigures imu;         ///< its own, Allan figures say, in place of the profile's
   std::string constraint = "auto";  ///< the vehicle moves neither sideways nor up, as far as seen
   double time_offset_sd_s = 0.02;   ///< inertial stamps against GNSS epochs; 0: they agree
   double max_lateness_s = 0.5;      ///< older measurements are refused
@@ -105,6 +107,7 @@ struct NavigationSettings {
     v("filter", filter, config::Optional{});
     v("sensor", sensor, config::OneOf{"ahrs400cc-100", "consumer-mems", "industrial-mems"},
       config::Optional{});
+    v("imu", imu, config::Optional{});
     v("constraint", constraint, config::OneOf{"auto", "off"}, config::Optional{});
     v("time_offset_sd_s", time_offset_sd_s, config::Range{0.0, 0.5}, config::Optional{});
     v("max_lateness_s", max_lateness_s, config::Range{0.1, 2.0}, config::Optional{});

@@ -34,7 +34,9 @@ estimation::NavigationConfig FilterConfig(const OnboardConfig& config) {
   const NavigationSettings& settings = config.navigation;
   estimation::NavigationConfig filter;
   // The schema lets only known names through.
-  filter.imu = estimation::FindSensorProfile(settings.sensor).value_or(estimation::ImuNoise{});
+  filter.imu = estimation::WithFigures(
+      estimation::FindSensorProfile(settings.sensor).value_or(estimation::ImuNoise{}),
+      settings.imu);
   filter.lever_arm_frd_m = config.gps.antenna_frd_m;
   filter.constraint = settings.constraint == "off" ? estimation::ConstraintMode::kOff
                                                    : estimation::ConstraintMode::kAuto;

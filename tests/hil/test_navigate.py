@@ -42,8 +42,8 @@ class NavigateTest(unittest.TestCase):
         path.write_text("\n".join(lines) + "\n")
         return path
 
-    def navigate(self, *more, imu=None, gnss=None, out=None, lever="0,-0.05,0"):
-        return run("kawara-navigate", "--imu", imu or self.imu, "--gnss", gnss or self.gnss, "--sensor", "consumer-mems",
+    def navigate(self, *more, imu=None, gnss=None, out=None, lever="0,-0.05,0", sensor="consumer-mems"):
+        return run("kawara-navigate", "--imu", imu or self.imu, "--gnss", gnss or self.gnss, "--sensor", sensor,
                    "--lever", lever, "--out", out or self.out, *more)
 
     def good(self, *more, **files):
@@ -190,6 +190,24 @@ class NavigateTest(unittest.TestCase):
         self.assert_mistake(run("kawara-navigate", self.imu, "--imu", self.imu, "--out", self.out), "one or the other")
         self.assert_mistake(run("kawara-navigate", self.imu, "--out", self.out), "not an LCM log")
         self.assert_mistake(run("kawara-navigate", self.folder / "no.lcm", "--out", self.out), "No such file")
+
+    def test_figures_of_a_sensor(self):
+        self.good()
+        as_profile = self.out.read_bytes()
+        self.good(sensor=self.file("same.yaml", ["profile: consumer-mems"]))
+        self.assertEqual(self.out.read_bytes(), as_profile)
+        self.good(sensor=self.file("own.yaml", ["profile: consumer-mems", "angle_walk_deg_per_sqrt_h: 0.2",
+                                                "gyro_instability_degph: 8"]))
+        self.assertNotEqual(self.out.read_bytes(), as_profile)
+
+    def test_mistakes_in_the_figures_of_a_sensor(self):
+        for lines, expected in (
+                (["profile: brick"], ["x.yaml:1:10: profile = brick", "consumer-mems"]),
+                (["angle_walk_deg_per_sqrt_h: 0"], ["x.yaml:1:28: angle_walk_deg_per_sqrt_h = 0: expected"]),
+                (["gyro_scale: 0.01", "gyro_bais_degps: 1"], ["x.yaml:2:1: gyro_bais_degps", "gyro_bias_degps"])):
+            with self.subTest(lines):
+                self.assert_mistake(self.navigate(sensor=self.file("x.yaml", lines)), *expected)
+        self.assert_mistake(self.navigate(sensor=self.folder / "none.yaml"), "none.yaml")
 
     def test_hold_out_that_fits_nothing(self):
         self.assert_mistake(self.navigate("--hold-out", self.file("holdout.csv", ["t", "17.5"])),

@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 
-#include "estimation/sensor_profile.hpp"
+#include "core/config/config.hpp"
+#include "estimation/sensor_figures.hpp"
 
 namespace kawara::navigate {
 namespace {
@@ -14,6 +16,11 @@ std::string ProfilesHelp() {
   for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {
     text += "\n" + std::string(profile.name) + ": " + std::string(profile.about);
   }
+  text += "\nor FILE.yaml: a 'profile' and Allan figures in place of its, of ";
+  core::config::KeyLister figures;
+  estimation::SensorFigures().Visit(figures);
+  for (const char* key : figures.keys)
+    text += (key == figures.keys.front() ? "" : ", ") + std::string(key);
   return text;
 }
 
@@ -33,6 +40,26 @@ core::Expected<Eigen::Vector3d> ParseLever(const std::string& text) {
                     "--lever '" + text +
                         "': expected the antenna seen from the IMU, forward, right and down in "
                         "metres, as in 0.12,-0.18,-0.92");
+}
+
+/// A profile's name, or a file of figures.
+core::Expected<estimation::ImuNoise> SensorOf(const std::string& sensor) {
+  if (const auto noise = estimation::FindSensorProfile(sensor)) return *noise;
+  const std::string ending = std::filesystem::path(sensor).extension().string();
+  if (ending == ".yaml" || ending == ".yml") {
+    const auto file = core::config::Load<estimation::SensorFile>(sensor);
+    if (!file) return tl::unexpected(file.error());
+    // The schema lets only known names through.
+    const auto profile = estimation::FindSensorProfile(file->profile);
+    return estimation::WithFigures(profile.value_or(estimation::ImuNoise{}), file->figures);
+  }
+  std::string names;
+  for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {
+    names += std::string(profile.name) + ", ";
+  }
+  return core::Fail(core::ErrorCode::kInvalidArgument,
+                    "--sensor '" + sensor + "': no such profile; there are: " + names +
+                        "and FILE.yaml with figures of its own");
 }
 
 }  // namespace
@@ -78,15 +105,8 @@ core::Expected<RunOptions> RunOptionsOf(const Options& options) {
     return core::Fail(core::ErrorCode::kInvalidArgument, message);
   };
   RunOptions run;
-  const auto noise =
-      estimation::FindSensorProfile(options.sensor.empty() ? kDefaultSensor : options.sensor);
-  if (!noise) {
-    std::string names;
-    for (const estimation::SensorProfile& profile : estimation::SensorProfiles()) {
-      names += (names.empty() ? "" : ", ") + std::string(profile.name);
-    }
-    return wrong("--sensor '" + options.sensor + "': no such profile; there are: " + names);
-  }
+  const auto noise = SensorOf(options.sensor.empty() ? kDefaultSensor : options.sensor);
+  if (!noise) return tl::unexpected(noise.error());
   run.navigation.imu = *noise;
   if (!options.lever.empty()) {
     const auto lever = ParseLever(options.lever);
