@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
+
+#include "gis/model/whole_file.hpp"
 
 namespace kawara::mapper {
 namespace {
@@ -20,17 +19,7 @@ using vision::RangeImage;
 static_assert(std::endian::native == std::endian::little, "PFM is written as it lies in memory");
 
 core::Expected<void> WriteWhole(const fs::path& path, const void* data, std::size_t bytes) {
-  const std::string part = path.string() + ".part";
-  std::FILE* file = std::fopen(part.c_str(), "wb");
-  if (file == nullptr) return tl::unexpected(core::ErrnoError("write " + path.string(), errno));
-  errno = 0;
-  const bool written = std::fwrite(data, 1, bytes, file) == bytes;
-  const int why = errno;
-  const bool closed = std::fclose(file) == 0;
-  if (written && closed && std::rename(part.c_str(), path.c_str()) == 0) return {};
-  const int error = !written ? why : errno;
-  std::remove(part.c_str());
-  return tl::unexpected(core::ErrnoError("write " + path.string(), error));
+  return gis::WriteWholeFile(path, {static_cast<const char*>(data), bytes});
 }
 
 core::Expected<void> WritePng(const cv::Mat& picture, const fs::path& path) {

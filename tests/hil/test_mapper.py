@@ -1,8 +1,12 @@
 """kawara-mapper as a process, on a survey folder that kawara-sim renders: ranges against the rendered truth, and every
 mistake a user can make."""
+import csv
+import json
 import os
 import pathlib
+import re
 import shutil
+import struct
 import subprocess
 import tempfile
 import unittest
@@ -31,7 +35,7 @@ class MapperTest(unittest.TestCase):
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.survey = cls.folder / "survey"
         subprocess.run([BIN / "kawara-sim", "--render", cls.survey, "--doughnut-px", "512", "--every", "0.5", "--start", "20",
-                        "--duration", "1", "--pose-noise", "0", "--attitude-noise", "0", "--light-cell", "5",
+                        "--duration", "2", "--pose-noise", "0", "--attitude-noise", "0", "--light-cell", "5",
                         "--light-cache", "", "--no-body"], check=True, capture_output=True, timeout=300)
 
     def test_ranges_of_a_rendered_street(self):
@@ -39,7 +43,8 @@ class MapperTest(unittest.TestCase):
         run = mapper(self.survey, "--depth-only", "00001", "00002", "--out", out)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("baseline 0.5", run.stdout)
-        truth = np.array(Image.open(self.survey / "range" / "00001.png")) / 1000.0
+        with Image.open(self.survey / "range" / "00001.png") as picture:
+            truth = np.array(picture) / 1000.0
         ranges, sd = read_pfm(out / "00001_00002.range.pfm"), read_pfm(out / "00001_00002.sd.pfm")
         near = (truth > 2.0) & (truth < 6.0)
         known = near & np.isfinite(ranges)
@@ -48,12 +53,50 @@ class MapperTest(unittest.TestCase):
         self.assertLess(np.median(error), 0.10)
         self.assertLess((error > 0.1 * truth[known]).mean(), 0.15)
         self.assertTrue((np.isfinite(ranges) == np.isfinite(sd)).all())
-        millimetres = np.array(Image.open(out / "00001_00002.range.png"))
+        with Image.open(out / "00001_00002.range.png") as picture:
+            millimetres = np.array(picture)
         finite = np.isfinite(ranges) & (ranges < 65.0)
         self.assertLess(np.abs(millimetres[finite] / 1000.0 - ranges[finite]).max(), 0.00051)
         self.assertTrue((millimetres[~np.isfinite(ranges)] == 0).all())
-        self.assertEqual(Image.open(out / "00001_00002.view.png").size, (512, 512))
+        with Image.open(out / "00001_00002.view.png") as view:
+            self.assertEqual(view.size, (512, 512))
         self.assertEqual(sorted(p.suffix for p in out.iterdir()), [".pfm", ".pfm", ".png", ".png", ".png"])
+
+    def test_model_of_a_rendered_street(self):
+        out = self.folder / "model"
+        run = mapper(self.survey, "--out", out)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        names = re.findall(r'Inline { url "(\S+)\.wrl" }', (out / "model.wrl").read_text())
+        self.assertGreater(len(names), 0)
+        faces = 0
+        for name in names:
+            self.assertTrue((out / f"{name}.wrl").read_text().startswith("#VRML V2.0 utf8\n"))
+            textures = re.findall(r'ImageTexture\s*{\s*url\s*\[?\s*"([^"]+)"', (out / f"{name}.wrl").read_text())
+            self.assertEqual(len(textures), 1)
+            with Image.open(out / textures[0]) as atlas:
+                self.assertEqual(atlas.format, "JPEG")
+            glb = (out / f"{name}.glb").read_bytes()
+            magic, version, size, json_size = struct.unpack_from("<4sIII", glb)
+            self.assertEqual((magic, version, size), (b"glTF", 2, len(glb)))
+            gltf = json.loads(glb[20:20 + json_size])
+            faces += sum(gltf["accessors"][p["indices"]]["count"] // 3 for m in gltf["meshes"] for p in m["primitives"])
+        said = int(re.search(r"(\d+) faces", run.stdout)[1])
+        self.assertEqual(faces, 2 * said)
+        self.assertGreater(said, 1000)
+        tileset = json.loads((out / "tileset.json").read_text())
+        self.assertEqual(len(tileset["root"]["children"]), len(names))
+        # The road is flat there, and poses.csv tells the camera's height.
+        las = (out / "points.las").read_bytes()
+        offset, = struct.unpack_from("<I", las, 96)
+        length, = struct.unpack_from("<H", las, 105)
+        count, = struct.unpack_from("<Q", las, 247)
+        raw = np.frombuffer(las, np.uint8, count * length, offset).reshape(count, length)
+        height = raw[:, 8:12].copy().view("<i4")[:, 0] * struct.unpack_from("<d", las, 147)[0] + struct.unpack_from("<d", las, 171)[0]
+        with open(self.survey / "poses.csv", encoding="ascii") as poses:
+            camera = float(next(csv.DictReader(poses))["h_ellipsoidal_m"])
+        road = camera - np.median(height)
+        self.assertAlmostEqual(road, 0.25 + 0.95, delta=0.05)  # configs/vehicles/survey_robot.yaml
+        self.assertGreater((np.abs(height - np.median(height)) < 0.3).mean(), 0.6)
 
     def test_mistakes_are_answered_in_one_line(self):
         bad = self.folder / "bad"
@@ -69,13 +112,15 @@ class MapperTest(unittest.TestCase):
                 ((self.survey, "--depth-only", "00001", "77777"), 2, "no frame '77777'"),
                 ((self.survey, "--depth-only", "00001", "00001"), 2, "same place"),
                 ((self.survey, "--depth-only", "00001"), 2, "depth-only"),
-                ((self.survey,), 2, "--depth-only is required"),
+                ((), 2, "survey is required"),
+                ((self.survey, "--baseline", "50"), 1, "no two frames"),
+                ((self.survey, "--voxel", "0"), 2, "--voxel"),
                 ((bad, "--depth-only", "00001", "00002"), 1, "camera.yaml:"),
                 ((torn, "--depth-only", "00001", "00002"), 1, "00002.jpg: the picture ends early"),
                 ((self.survey, "--depth-only", "00001", "00002", "--out", self.folder / "file"), 1, "file"),
                 ((self.survey, "--depth-only", "00001", "00002", "--nearest", "-1"), 2, "--nearest")):
             with self.subTest(words=words[1:]):
-                run = mapper(*words, *([] if "--out" in words else ["--out", out]))
+                run = mapper(*words, *([] if "--out" in words or not words else ["--out", out]))
                 self.assertEqual(run.returncode, status, run.stderr)
                 self.assertIn(said, run.stderr)
                 self.assertTrue(run.stderr.startswith("kawara-mapper: "), run.stderr)

@@ -209,8 +209,7 @@ void Deviations(const SmoothRow& smoothed, std::size_t width, float* sd) {
     const auto scene = SceneSlopes(hn::LoadU(f, evidence.slope_square + x),
                                    hn::LoadU(f, evidence.error_square + x));
     const auto slope = hn::Max(scene, hn::Set(f, 1e-3F));
-    const auto noise =
-        hn::MulAdd(hn::Set(f, kWindowVariance), residual, hn::Set(f, kPattern));
+    const auto noise = hn::MulAdd(hn::Set(f, kWindowVariance), residual, hn::Set(f, kPattern));
     const auto variance = hn::Add(hn::Div(noise, slope), hn::Set(f, kFloorSd * kFloorSd));
     // At an edge there are fewer neighbours, and those are not quite of the surface either.
     const auto support = hn::Max(hn::LoadU(f, smoothed.support + x), hn::Set(f, 0.05F));
