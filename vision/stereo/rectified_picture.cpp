@@ -3,13 +3,12 @@
 namespace kawara::vision {
 
 void Halve(const RectifiedPicture& picture, RectifiedPicture& half) {
-  half.grid = picture.grid.Halved();
-  half.rgbx.resize(half.grid.pixels());
+  half.Resize(picture.grid.Halved());
   const auto width = static_cast<std::size_t>(half.grid.width_px);
   for (int y = 0; y < half.grid.height_px; ++y) {
     const std::uint32_t* upper = picture.row(2 * y);
     const std::uint32_t* lower = picture.row(2 * y + 1);
-    std::uint32_t* out = half.rgbx.data() + static_cast<std::size_t>(y) * width;
+    std::uint32_t* out = half.row(y);
     for (std::size_t x = 0; x < width; ++x) {
       const std::uint32_t a = upper[2 * x], b = upper[2 * x + 1], c = lower[2 * x],
                           d = lower[2 * x + 1];

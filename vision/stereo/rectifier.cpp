@@ -25,8 +25,7 @@ void Rectifier::Rectify(const StereoCamera& camera, const ConstImageView& pictur
                         RectifiedPicture& rectified) {
   const auto width = static_cast<std::size_t>(grid.width_px);
   camera.rays().Pack(picture, source_);
-  rectified.grid = grid;
-  rectified.rgbx.resize(grid.pixels());
+  rectified.Resize(grid);
   for (auto* row : {&cosine_, &sine_, &u_px_, &v_px_}) row->resize(width);
   for (std::size_t x = 0; x < width; ++x) {
     cosine_[x] = static_cast<float>(std::cos(grid.alpha_rad(static_cast<double>(x))));
@@ -48,8 +47,7 @@ void Rectifier::Rectify(const StereoCamera& camera, const ConstImageView& pictur
       ProjectEach(camera, camera_from_epipolar, beta_rad);
     }
     rectify::SampleRow(source_.data(), picture.width_px, picture.height_px, u_px_.data(),
-                       v_px_.data(), width,
-                       rectified.rgbx.data() + static_cast<std::size_t>(y) * width);
+                       v_px_.data(), width, rectified.row(y));
   }
 }
 

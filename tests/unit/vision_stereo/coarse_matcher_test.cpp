@@ -62,15 +62,18 @@ TEST(CoarseMatcher, FindsAStepOfDisparity) {
 
 RectifiedPicture NoisyPicture(std::uint32_t seed, double level_per_column) {
   RectifiedPicture picture;
-  picture.grid.width_px = 2 * kWidth;
-  picture.grid.height_px = 2 * kHeight;
+  EpipolarGrid grid;
+  grid.width_px = 2 * kWidth;
+  grid.height_px = 2 * kHeight;
+  picture.Resize(grid);
   std::mt19937 dice(seed);
-  for (std::size_t i = 0; i < picture.grid.pixels(); ++i) {
-    const auto column = static_cast<double>(i % static_cast<std::size_t>(picture.grid.width_px));
-    const auto grey = static_cast<std::uint32_t>(100.0 + level_per_column * column);
-    std::uint32_t word = 0xFF000000U;
-    for (int c = 0; c < 24; c += 8) word |= (grey + static_cast<std::uint32_t>(dice() % 7)) << c;
-    picture.rgbx.push_back(word);
+  for (int y = 0; y < grid.height_px; ++y) {
+    for (int x = 0; x < grid.width_px; ++x) {
+      const auto grey = static_cast<std::uint32_t>(100.0 + level_per_column * x);
+      std::uint32_t word = 0xFF000000U;
+      for (int c = 0; c < 24; c += 8) word |= (grey + static_cast<std::uint32_t>(dice() % 7)) << c;
+      picture.row(y)[x] = word;
+    }
   }
   return picture;
 }
