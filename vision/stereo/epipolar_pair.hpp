@@ -33,4 +33,10 @@ struct EpipolarPair {
   double Disparity(double alpha_rad, double range_m) const;
 };
 
+/// How sure the step from A to B is; every range of the pair shares these errors.
+struct StepDoubt {
+  double length_relative_sd = 0.0;  ///< of the baseline, in parts of it
+  double turn_sd_rad = 0.0;         ///< of B against A, about any axis
+};
+
 }  // namespace kawara::vision

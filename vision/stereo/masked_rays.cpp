@@ -1,5 +1,7 @@
 #include "vision/stereo/masked_rays.hpp"
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 
 #include "core/check.hpp"
@@ -43,6 +45,27 @@ void MaskedRays::Pack(const ConstImageView& picture, std::vector<std::uint32_t>&
                                static_cast<std::uint32_t>(from[2]) << 16 | 0xFF000000U;
     rgbx[i] = seen_[i] != 0 ? word : 0U;
   }
+}
+
+double MeanResolution(const MaskedRays& rays) {
+  // Solid angle of a pixel: the cross product of its ray's steps to the right and down.
+  double total = 0.0;
+  std::size_t pixels = 0;
+  constexpr int kEvery = 8;
+  const auto width = static_cast<std::size_t>(rays.width_px());
+  for (int v = 0; v + 1 < rays.height_px(); v += kEvery) {
+    for (int u = 0; u + 1 < rays.width_px(); u += kEvery) {
+      const std::size_t i = static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
+      if (!rays.seen(i) || !rays.seen(i + 1) || !rays.seen(i + width)) continue;
+      const auto ray = [&](std::size_t k) {
+        return Eigen::Vector3f(rays.x()[k], rays.y()[k], rays.z()[k]);
+      };
+      const Eigen::Vector3f right = ray(i + 1) - ray(i), down = ray(i + width) - ray(i);
+      total += static_cast<double>(right.cross(down).norm());
+      ++pixels;
+    }
+  }
+  return pixels == 0 ? 0.0 : std::sqrt(static_cast<double>(pixels) / total);
 }
 
 }  // namespace kawara::vision

@@ -31,4 +31,7 @@ class MaskedRays {
   std::vector<std::uint8_t> seen_;
 };
 
+/// Pixels per radian of a camera, as the square root of its pixels per steradian.
+double MeanResolution(const MaskedRays& rays);
+
 }  // namespace kawara::vision

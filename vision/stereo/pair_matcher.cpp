@@ -23,34 +23,12 @@ constexpr int kLane = static_cast<int>(semi_global::kLane);
 
 }  // namespace
 
-double MeanResolution(const MaskedRays& rays) {
-  // Solid angle of a pixel: the cross product of its ray's steps to the right and down.
-  double total = 0.0;
-  std::size_t pixels = 0;
-  constexpr int kEvery = 8;
-  const auto width = static_cast<std::size_t>(rays.width_px());
-  for (int v = 0; v + 1 < rays.height_px(); v += kEvery) {
-    for (int u = 0; u + 1 < rays.width_px(); u += kEvery) {
-      const std::size_t i = static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
-      if (!rays.seen(i) || !rays.seen(i + 1) || !rays.seen(i + width)) continue;
-      const auto ray = [&](std::size_t k) {
-        return Eigen::Vector3f(rays.x()[k], rays.y()[k], rays.z()[k]);
-      };
-      const Eigen::Vector3f right = ray(i + 1) - ray(i), down = ray(i + width) - ray(i);
-      total += static_cast<double>(right.cross(down).norm());
-      ++pixels;
-    }
-  }
-  return pixels == 0 ? 0.0 : std::sqrt(static_cast<double>(pixels) / total);
-}
-
 core::Expected<void> PairMatcher::Match(const StereoView& a, const StereoView& b,
-                                        RangeImage& ranges) {
+                                        RangeImage& ranges, const StepDoubt& doubt) {
   const auto pair = EpipolarPair::FromPoses(a.map_from_camera, b.map_from_camera);
   if (!pair) return tl::unexpected(pair.error());
-  const double px_per_rad = options_.px_per_rad > 0.0
-                                ? options_.px_per_rad
-                                : kGridDensity * MeanResolution(a.camera->rays());
+  const double px_per_rad =
+      options_.px_per_rad > 0.0 ? options_.px_per_rad : kGridDensity * a.camera->mean_px_per_rad();
   const EpipolarGrid grid = EpipolarGrid::Make(px_per_rad, options_.pole_cap_rad);
   rectifier_.Rectify(*a.camera, a.picture, pair->a_from_epipolar, grid, rectified_a_);
   rectifier_.Rectify(*b.camera, b.picture, pair->b_from_epipolar, grid, rectified_b_);
@@ -65,7 +43,7 @@ core::Expected<void> PairMatcher::Match(const StereoView& a, const StereoView& b
     SearchCoarsely(rectified_a_, rectified_b_, pair->baseline_m);
     refiner_.Refine(rectified_a_, rectified_b_, coarse_px_, field_);
   }
-  ToRanges(*a.camera, *pair, ranges);
+  ToRanges(*a.camera, *pair, doubt, ranges);
   return {};
 }
 
@@ -81,7 +59,7 @@ void PairMatcher::SearchCoarsely(const RectifiedPicture& a, const RectifiedPictu
 }
 
 void PairMatcher::ToRanges(const StereoCamera& camera, const EpipolarPair& pair,
-                           RangeImage& ranges) const {
+                           const StepDoubt& doubt, RangeImage& ranges) const {
   const MaskedRays& rays = camera.rays();
   const EpipolarGrid& grid = rectified_a_.grid;
   range::FieldView view;
@@ -92,6 +70,8 @@ void PairMatcher::ToRanges(const StereoCamera& camera, const EpipolarPair& pair,
   view.px_per_rad = static_cast<float>(grid.px_per_rad);
   view.first_alpha_rad = static_cast<float>(grid.first_alpha_rad);
   view.baseline_m = static_cast<float>(pair.baseline_m);
+  view.turn_sd_rad = static_cast<float>(doubt.turn_sd_rad);
+  view.length_relative_sd = static_cast<float>(doubt.length_relative_sd);
   for (int i = 0; i < 9; ++i) {
     view.epipolar_from_camera[i] = static_cast<float>(pair.a_from_epipolar(i % 3, i / 3));
   }

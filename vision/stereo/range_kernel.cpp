@@ -120,8 +120,12 @@ void RangesOfRow(const FieldView& field, const float* x, const float* y, const f
     const auto slope = hn::Mul(baseline, hn::Mul(across, hn::Mul(inverse, inverse)));
     const auto good = hn::And(known, hn::Gt(range, zero));
     hn::StoreU(hn::IfThenElse(good, range, unknown), f, range_m + i);
-    hn::StoreU(hn::IfThenElse(good, hn::Mul(slope, hn::Mul(sd_px, rad_per_px)), unknown), f,
-               sd_m + i);
+    const auto by_match = hn::Mul(slope, hn::Mul(sd_px, rad_per_px));
+    const auto by_turn = hn::Mul(slope, hn::Set(f, field.turn_sd_rad));
+    const auto by_length = hn::Mul(range, hn::Set(f, field.length_relative_sd));
+    const auto variance =
+        hn::MulAdd(by_match, by_match, hn::MulAdd(by_turn, by_turn, hn::Mul(by_length, by_length)));
+    hn::StoreU(hn::IfThenElse(good, hn::Sqrt(variance), unknown), f, sd_m + i);
   }
 }
 

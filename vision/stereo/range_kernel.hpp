@@ -11,6 +11,8 @@ struct FieldView {
   float px_per_rad = 0.0F;
   float first_alpha_rad = 0.0F;
   float baseline_m = 0.0F;
+  float turn_sd_rad = 0.0F;            ///< of StepDoubt
+  float length_relative_sd = 0.0F;     ///< of StepDoubt
   float epipolar_from_camera[9] = {};  ///< row by row
 };
 

@@ -1,4 +1,4 @@
-# programs: bench_stereo_pairs kawara-sim kawara-mapper
+# programs: bench_stereo_pairs bench_stereo_poses kawara-sim kawara-mapper
 """./run bench stereo: distance images of rendered pairs (tests/support/stereo_lab.hpp: several seeds, true poses, noise
 of two levels) by this project and by OpenCV on the same rectified pictures, in one run. Prints a Markdown table; figures
 also as JSON. With --into README.md the table takes the place of the one between the marks there."""

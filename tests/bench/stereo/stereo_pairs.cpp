@@ -3,8 +3,6 @@
 // line of JSON a method and condition. The judge: pixels whose true range is 2 to 6 m, 25 deg or
 // more from the baseline, seen by both cameras; std of the errors within 10 % of the range, NMAD of
 // all, outliers beyond 10 %, density.
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -19,140 +17,15 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/stereo_lab.hpp"
-#include "vision/camera/doughnut_camera.hpp"
+#include "tests/bench/stereo/rendered_pair.hpp"
+#include "tests/bench/stereo/score.hpp"
 #include "vision/stereo/pair_matcher.hpp"
 #include "vision/stereo/range_kernel.hpp"
 
 namespace kawara::vision {
 namespace {
 
-using test_support::StereoLab;
-constexpr double kBaseline = 0.5;
-
-double CpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_THREAD, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-struct Pair {
-  std::shared_ptr<const CameraModel> model;
-  std::shared_ptr<const StereoCamera> camera;
-  StereoLab::Frame a, b;
-  Eigen::Isometry3d pose_a, pose_b;
-  StereoView view_a() const { return {camera.get(), a.view(), pose_a}; }
-  StereoView view_b() const { return {camera.get(), b.view(), pose_b}; }
-};
-
-Eigen::Isometry3d Pose(double along_m, std::mt19937& dice) {
-  const auto sway = [&](double range) {
-    return range * (2.0 * (static_cast<double>(dice()) / 4294967295.0) - 1.0);
-  };
-  Eigen::Matrix3d map_from_frd;
-  map_from_frd << 1, 0, 0, 0, -1, 0, 0, 0, -1;
-  const double degree = core::kRadFromDeg;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = Eigen::Vector3d(along_m, sway(0.03), 2.0 + sway(0.01));
-  pose.linear() =
-      map_from_frd *
-      core::RotationNedFromBody({sway(0.5 * degree), sway(0.5 * degree), sway(3.0 * degree)}) *
-      BodyFromCamera();
-  return pose;
-}
-
-Pair RenderPair(std::uint32_t seed, int size_px, double vehicle_contrast, double exposure) {
-  Pair pair;
-  pair.model = std::make_shared<DoughnutCamera>(
-      *DoughnutCamera::Create(DoughnutParameters{}.Resized(size_px, size_px)));
-  pair.camera = std::make_shared<StereoCamera>(pair.model);
-  test_support::StereoLabOptions options;
-  options.seed = seed;
-  options.vehicle_contrast = vehicle_contrast;
-  const StereoLab lab(options);
-  std::mt19937 dice(seed);
-  pair.pose_a = Pose(-kBaseline / 2, dice);
-  pair.pose_b = Pose(kBaseline / 2, dice);
-  std::thread other([&] { pair.b = lab.Render(*pair.model, pair.pose_b, 2 * seed + 1); });
-  pair.a = lab.Render(*pair.model, pair.pose_a, 2 * seed);
-  other.join();
-  for (auto& level : pair.b.rgb) {
-    level = static_cast<std::uint8_t>(std::min(255.0, exposure * level + 0.5));
-  }
-  return pair;
-}
-
-/// Sums over all pairs of a condition.
-struct Score {
-  double wanted = 0, known = 0, near = 0, sum = 0, square = 0, honest = 0, cpu_s = 0, runs = 0;
-  double vehicle_wanted = 0, vehicle_known = 0, vehicle_out = 0;
-  std::vector<float> errors;
-
-  void Add(const Pair& pair, const RangeImage& ranges, double seconds) {
-    cpu_s += seconds;
-    runs += 1;
-    const Eigen::Vector3d baseline =
-        (pair.pose_b.translation() - pair.pose_a.translation()).normalized();
-    const Eigen::Isometry3d b_from_a = pair.pose_b.inverse() * pair.pose_a;
-    for (int v = 0; v < ranges.height_px; ++v) {
-      for (int u = 0; u < ranges.width_px; ++u) {
-        const std::size_t i = ranges.index(u, v);
-        const double truth = static_cast<double>(pair.a.range_m[i]);
-        if (!(truth >= 2.0 && truth <= 6.0)) continue;
-        const Eigen::Vector3d ray = *pair.model->Unproject({u, v});
-        if (std::abs((pair.pose_a.linear() * ray).dot(baseline)) > std::cos(25 * core::kRadFromDeg))
-          continue;
-        if (!SeenByB(pair, b_from_a * (truth * ray))) continue;
-        const bool vehicle = pair.a.vehicle[i] != 0;
-        wanted += 1;
-        vehicle_wanted += vehicle ? 1 : 0;
-        if (std::isnan(ranges.range_m[i])) continue;
-        known += 1;
-        vehicle_known += vehicle ? 1 : 0;
-        const double error = static_cast<double>(ranges.range_m[i]) - truth;
-        errors.push_back(static_cast<float>(std::abs(error)));
-        if (std::abs(error) < 2.0 * static_cast<double>(ranges.sd_m[i])) honest += 1;
-        if (std::abs(error) > 0.1 * truth) {
-          vehicle_out += vehicle ? 1 : 0;
-          continue;
-        }
-        near += 1;
-        sum += error;
-        square += error * error;
-      }
-    }
-  }
-
-  void Print(const std::string& condition, const std::string& method) {
-    std::nth_element(errors.begin(),
-                     errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
-    const double mean = sum / near;
-    std::printf(
-        "{\"condition\": \"%s\", \"method\": \"%s\", \"std_mm\": %.2f, \"nmad_mm\": %.2f, "
-        "\"bias_mm\": %.2f, \"outliers\": %.3f, \"density\": %.2f, \"vehicle_outliers\": %.3f, "
-        "\"vehicle_density\": %.2f, \"within_2_sd\": %.2f, \"cpu_ms\": %.1f}\n",
-        condition.c_str(), method.c_str(), 1e3 * std::sqrt(square / near - mean * mean),
-        1482.6 * static_cast<double>(errors[errors.size() / 2]), 1e3 * mean,
-        100.0 * (known - near) / known, 100.0 * known / wanted,
-        100.0 * vehicle_out / std::max(1.0, vehicle_known),
-        100.0 * vehicle_known / std::max(1.0, vehicle_wanted), 100.0 * honest / known,
-        1e3 * cpu_s / runs);
-    std::fflush(stdout);
-  }
-
- private:
-  static bool SeenByB(const Pair& pair, const Eigen::Vector3d& point_b) {
-    const auto pixel = pair.model->Project(point_b);
-    if (!pixel) return false;
-    const auto u = std::lround(pixel->x()), v = std::lround(pixel->y());
-    if (u < 0 || v < 0 || u >= pair.b.width_px || v >= pair.b.height_px) return false;
-    const auto i = static_cast<std::size_t>(v * pair.b.width_px + u);
-    return static_cast<double>(pair.b.range_m[i]) > 0.97 * point_b.norm();
-  }
-};
+using namespace stereo_bench;  // NOLINT(google-build-using-namespace): a program's own parts
 
 /// OpenCV's matchers want the nearer thing further left in the second picture: both are mirrored.
 cv::Mat ForOpenCv(const RectifiedPicture& picture, bool colour) {
@@ -255,7 +128,7 @@ void Judge(const std::string& condition, const std::vector<Pair>& pairs, bool wi
       RectifiedPicture a, b;
       const EpipolarPair geometry = *EpipolarPair::FromPoses(pair.pose_a, pair.pose_b);
       const EpipolarGrid grid =
-          EpipolarGrid::Make(MeanResolution(pair.camera->rays()), 10 * core::kRadFromDeg);
+          EpipolarGrid::Make(pair.camera->mean_px_per_rad(), 10 * core::kRadFromDeg);
       rectifier.Rectify(*pair.camera, pair.a.view(), geometry.a_from_epipolar, grid, a);
       rectifier.Rectify(*pair.camera, pair.b.view(), geometry.b_from_epipolar, grid, b);
       const int disparities =

@@ -1,0 +1,97 @@
+#pragma once
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tests/bench/stereo/rendered_pair.hpp"
+#include "vision/stereo/range_image.hpp"
+
+namespace kawara::vision::stereo_bench {
+
+/// Of this thread.
+inline double CpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// How distance images are judged, over all pairs of a condition: pixels whose true range is 2 to 6
+/// m, 25 deg or more from the baseline, seen by both cameras; std of the errors within 10 % of the
+/// range, NMAD of all, outliers beyond 10 %, density.
+struct Score {
+  double wanted = 0, known = 0, near = 0, sum = 0, square = 0, honest = 0, cpu_s = 0, runs = 0;
+  double vehicle_wanted = 0, vehicle_known = 0, vehicle_out = 0;
+  std::vector<float> errors;
+
+  void Add(const Pair& pair, const RangeImage& ranges, double seconds) {
+    cpu_s += seconds;
+    runs += 1;
+    const Eigen::Vector3d baseline =
+        (pair.pose_b.translation() - pair.pose_a.translation()).normalized();
+    const Eigen::Isometry3d b_from_a = pair.pose_b.inverse() * pair.pose_a;
+    for (int v = 0; v < ranges.height_px; ++v) {
+      for (int u = 0; u < ranges.width_px; ++u) {
+        const std::size_t i = ranges.index(u, v);
+        const double truth = static_cast<double>(pair.a.range_m[i]);
+        if (!(truth >= 2.0 && truth <= 6.0)) continue;
+        const Eigen::Vector3d ray = *pair.model->Unproject({u, v});
+        if (std::abs((pair.pose_a.linear() * ray).dot(baseline)) > std::cos(25 * core::kRadFromDeg))
+          continue;
+        if (!SeenByB(pair, b_from_a * (truth * ray))) continue;
+        const bool vehicle = pair.a.vehicle[i] != 0;
+        wanted += 1;
+        vehicle_wanted += vehicle ? 1 : 0;
+        if (std::isnan(ranges.range_m[i])) continue;
+        known += 1;
+        vehicle_known += vehicle ? 1 : 0;
+        const double error = static_cast<double>(ranges.range_m[i]) - truth;
+        errors.push_back(static_cast<float>(std::abs(error)));
+        if (std::abs(error) < 2.0 * static_cast<double>(ranges.sd_m[i])) honest += 1;
+        if (std::abs(error) > 0.1 * truth) {
+          vehicle_out += vehicle ? 1 : 0;
+          continue;
+        }
+        near += 1;
+        sum += error;
+        square += error * error;
+      }
+    }
+  }
+
+  void Print(const std::string& condition, const std::string& method) {
+    std::nth_element(errors.begin(),
+                     errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+    const double mean = sum / near;
+    std::printf(
+        "{\"condition\": \"%s\", \"method\": \"%s\", \"std_mm\": %.2f, \"nmad_mm\": %.2f, "
+        "\"bias_mm\": %.2f, \"rms_mm\": %.2f, \"outliers\": %.3f, \"density\": %.2f, "
+        "\"vehicle_outliers\": %.3f, "
+        "\"vehicle_density\": %.2f, \"within_2_sd\": %.2f, \"cpu_ms\": %.1f}\n",
+        condition.c_str(), method.c_str(), 1e3 * std::sqrt(square / near - mean * mean),
+        1482.6 * static_cast<double>(errors[errors.size() / 2]), 1e3 * mean,
+        1e3 * std::sqrt(square / near), 100.0 * (known - near) / known, 100.0 * known / wanted,
+        100.0 * vehicle_out / std::max(1.0, vehicle_known),
+        100.0 * vehicle_known / std::max(1.0, vehicle_wanted), 100.0 * honest / known,
+        1e3 * cpu_s / runs);
+    std::fflush(stdout);
+  }
+
+ private:
+  static bool SeenByB(const Pair& pair, const Eigen::Vector3d& point_b) {
+    const auto pixel = pair.model->Project(point_b);
+    if (!pixel) return false;
+    const auto u = std::lround(pixel->x()), v = std::lround(pixel->y());
+    if (u < 0 || v < 0 || u >= pair.b.width_px || v >= pair.b.height_px) return false;
+    const auto i = static_cast<std::size_t>(v * pair.b.width_px + u);
+    return static_cast<double>(pair.b.range_m[i]) > 0.97 * point_b.norm();
+  }
+};
+
+}  // namespace kawara::vision::stereo_bench
