@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "onboard/mapper/pair_poses.hpp"
 #include "vision/stereo/pair_matcher.hpp"
 
 namespace kawara::mapper {
@@ -16,11 +17,6 @@ namespace fs = std::filesystem;
 std::string NameOf(const survey::Survey& survey, const survey::SurveyFrame& frame) {
   const std::string& camera = survey.cameras[static_cast<std::size_t>(frame.camera)].name;
   return survey.cameras.size() > 1 && !camera.empty() ? camera + "/" + frame.name : frame.name;
-}
-
-Eigen::Isometry3d PoseOf(const survey::Survey& survey, const survey::SurveyFrame& frame) {
-  return frame.pose.map_from_body *
-         survey.cameras[static_cast<std::size_t>(frame.camera)].body_from_camera;
 }
 
 double Median(std::vector<float> values) {
@@ -36,9 +32,6 @@ std::string Unheeded(const survey::SurveyCamera& camera) {
     return "the camera has a rolling shutter (line_delay_s): the picture is taken as of one "
            "instant, so ranges are "
            "off where the robot moved or turned during its readout";
-  }
-  if (camera.time_offset_s != 0.0) {
-    return "time_offset_s is not heeded: the poses are taken as those of the exposures";
   }
   return {};
 }
@@ -79,25 +72,38 @@ core::Expected<DepthResult> RunDepthOnly(const DepthOptions& options) {
   const auto picture_b = survey::LoadFrame(*survey, **frame_b);
   if (!picture_b) return tl::unexpected(picture_b.error());
 
-  const auto camera_of = [&](const survey::SurveyFrame& frame) {
-    const auto& camera = survey->cameras[static_cast<std::size_t>(frame.camera)];
-    return std::make_shared<const vision::StereoCamera>(camera.model, camera.mask);
-  };
-  const auto camera_a = camera_of(**frame_a);
-  const auto camera_b = (*frame_a)->camera == (*frame_b)->camera ? camera_a : camera_of(**frame_b);
-  const vision::StereoView a{camera_a.get(), picture_a->view(), PoseOf(*survey, **frame_a)};
-  const vision::StereoView b{camera_b.get(), picture_b->view(), PoseOf(*survey, **frame_b)};
+  std::vector<std::shared_ptr<const vision::StereoCamera>> cameras(survey->cameras.size());
+  for (const auto* frame : {*frame_a, *frame_b}) {
+    const auto c = static_cast<std::size_t>(frame->camera);
+    const survey::SurveyCamera& camera = survey->cameras[c];
+    if (cameras[c] != nullptr) continue;
+    cameras[c] = std::make_shared<const vision::StereoCamera>(camera.model, camera.mask);
+  }
+  PairPoses poses = GivenPairPoses(*survey, **frame_a, **frame_b);
+  if (options.refine) {
+    auto refined = RefinePairPoses(*survey, **frame_a, **frame_b, cameras);
+    if (!refined) return tl::unexpected(refined.error());
+    poses = std::move(*refined);
+  }
+  const auto& camera_a = cameras[static_cast<std::size_t>((*frame_a)->camera)];
+  const auto& camera_b = cameras[static_cast<std::size_t>((*frame_b)->camera)];
+  const vision::StereoView a{camera_a.get(), picture_a->view(), poses.map_from_a};
+  const vision::StereoView b{camera_b.get(), picture_b->view(), poses.map_from_b};
 
   DepthResult result;
   result.baseline_m = (b.map_from_camera.translation() - a.map_from_camera.translation()).norm();
+  result.frames_used = poses.frames_used;
+  result.step_change_m = poses.step_change_m;
+  result.step_change_rad = poses.step_change_rad;
   result.warning = Unheeded(survey->cameras[static_cast<std::size_t>((*frame_a)->camera)]);
+  if (result.warning.empty()) result.warning = poses.warning;
   vision::PairMatcherOptions matching;
   matching.nearest_m = options.nearest_m;
   matching.px_per_rad = options.px_per_rad;
   vision::PairMatcher matcher(matching);
   vision::RangeImage ranges;
   const auto start = std::chrono::steady_clock::now();
-  const auto done = matcher.Match(a, b, ranges);
+  const auto done = matcher.Match(a, b, ranges, poses.doubt);
   if (!done) return tl::unexpected(done.error());
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 

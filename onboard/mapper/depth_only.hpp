@@ -15,12 +15,15 @@ struct DepthOptions {
   std::filesystem::path out = ".";
   double nearest_m = 1.5;
   double px_per_rad = 0.0;  ///< 0: the camera's own
+  bool refine = true;       ///< poses on the pictures about the two; false: as the survey says
 };
 
 struct DepthResult {
   RangeFiles files;
   double baseline_m = 0.0;
-  double known = 0.0;  ///< part of the pixels the camera sees
+  int frames_used = 0;  ///< by the refinement of the poses; 0: they are the survey's
+  double step_change_m = 0.0, step_change_rad = 0.0;  ///< by it, of B against A
+  double known = 0.0;                                 ///< part of the pixels the camera sees
   double median_range_m = 0.0;
   double median_sd_m = 0.0;
   double seconds = 0.0;  ///< of the matching alone

@@ -27,6 +27,13 @@ int DepthOnly(const kawara::mapper::DepthOptions& options) {
   if (!result->warning.empty()) {
     std::fprintf(stderr, "kawara-mapper: warning: %s\n", result->warning.c_str());
   }
+  if (result->frames_used > 0) {
+    std::printf(
+        "kawara-mapper: poses refined on %d frames; the second frame moved %.1f mm and %.3f deg "
+        "against the first\n",
+        result->frames_used, 1e3 * result->step_change_m,
+        result->step_change_rad / kawara::core::kRadFromDeg);
+  }
   std::printf(
       "kawara-mapper: baseline %.3f m; %.1f %% of the pixels known, median %.2f m +- %.3f m; %.2f "
       "s; %s\n",
@@ -89,6 +96,8 @@ int main(int argc, char** argv) {
   app.add_option("--nearest", depth.nearest_m, "nothing nearer is looked for [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.05, 100.0));
+  app.add_flag("--given-poses{false}", depth.refine,
+               "take the poses as they are, without refining them on the pictures");
   app.add_option("--px-per-rad", depth.px_per_rad,
                  "resolution of the search; 0: as the first picture's own")
       ->capture_default_str()

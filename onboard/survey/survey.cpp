@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "onboard/survey/frame_matching.hpp"
+#include "onboard/survey/pose_motion.hpp"
 #include "vision/camera/resized_camera.hpp"
 
 namespace kawara::survey {
@@ -202,7 +203,9 @@ core::Expected<Survey> OpenSurvey(const fs::path& folder) {
       if (picture_of[c][r] < 0) continue;
       used = true;
       const fs::path& file = pictures[c][static_cast<std::size_t>(picture_of[c][r])];
-      survey.frames.push_back({static_cast<int>(c), file, file.stem().string(), poses->rows[r]});
+      SurveyFrame frame{static_cast<int>(c), file, file.stem().string(), poses->rows[r]};
+      frame.pose.map_from_body = PoseLater(poses->rows, r, survey.cameras[c].time_offset_s);
+      survey.frames.push_back(std::move(frame));
     }
     survey.poses_without_picture += used ? 0 : 1;
   }

@@ -31,7 +31,7 @@ struct SurveyFrame {
   int camera = 0;              ///< which of Survey::cameras
   std::filesystem::path file;  ///< the picture
   std::string name;            ///< the file's name without its ending
-  PoseRow pose;
+  PoseRow pose;                ///< moved on by the camera's time offset
 };
 
 /// A folder of anyone's pictures with poses, ready for work without time: docs/survey_format.md

@@ -62,6 +62,37 @@ class MapperTest(unittest.TestCase):
             self.assertEqual(view.size, (512, 512))
         self.assertEqual(sorted(p.suffix for p in out.iterdir()), [".pfm", ".pfm", ".png", ".png", ".png"])
 
+    def test_poses_with_noise_are_refined_on_the_pictures(self):
+        noisy = self.folder / "noisy"
+        shutil.copytree(self.survey, noisy)
+        with open(self.survey / "poses.csv", encoding="ascii", newline="") as file:
+            rows = list(csv.DictReader(file))
+        dice = np.random.default_rng(1)
+        for row in rows:
+            row["lat_deg"] = f"{float(row['lat_deg']) + dice.normal(0, 0.02) / 111e3:.11f}"
+            row["h_ellipsoidal_m"] = f"{float(row['h_ellipsoidal_m']) + dice.normal(0, 0.02):.5f}"
+            for angle in ("roll_deg", "pitch_deg", "yaw_deg"):
+                row[angle] = f"{float(row[angle]) + dice.normal(0, 0.15):.6f}"
+            row.update(sd_east_m=0.02, sd_north_m=0.02, sd_up_m=0.02, sd_attitude_deg=0.15)
+        with open(noisy / "poses.csv", "w", encoding="ascii", newline="") as file:
+            table = csv.DictWriter(file, rows[0].keys())
+            table.writeheader()
+            table.writerows(rows)
+        with Image.open(self.survey / "range" / "00002.png") as picture:
+            truth = np.array(picture) / 1000.0
+        near = (truth > 2.0) & (truth < 6.0)
+        median = {}
+        for name, words in (("given", ["--given-poses"]), ("refined", [])):
+            out = self.folder / name
+            run = mapper(noisy, "--depth-only", "00002", "00003", "--out", out, *words)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual("poses refined on" in run.stdout, name == "refined")
+            ranges = read_pfm(out / "00002_00003.range.pfm")
+            known = near & np.isfinite(ranges)
+            median[name] = np.median(np.abs(ranges - truth)[known]), known.sum()
+        self.assertLess(median["refined"][0], 0.12)
+        self.assertGreater(median["refined"][1], 2 * median["given"][1])
+
     def test_model_of_a_rendered_street(self):
         out = self.folder / "model"
         run = mapper(self.survey, "--out", out)

@@ -29,13 +29,14 @@ std::array<float, 3> Levels(std::uint32_t rgbx) {
 
 void DisparityRefiner::Row::Resize(std::size_t width) {
   disparity.assign(width + 2 * kPad, kNone);
-  for (auto* row : {&slope_error, &slope_square, &error_square, &support})
+  for (auto* row : {&slope_error, &slope_square, &error_square, &slope_cross, &support})
     row->assign(width + 2 * kPad, 0.0F);
 }
 
 refine::SmoothRow DisparityRefiner::Row::view() {
   return {disparity.data() + kPad,
-          {slope_error.data() + kPad, slope_square.data() + kPad, error_square.data() + kPad},
+          {slope_error.data() + kPad, slope_square.data() + kPad, error_square.data() + kPad,
+           slope_cross.data() + kPad},
           support.data() + kPad};
 }
 
@@ -147,19 +148,24 @@ void DisparityRefiner::GainsOfRow(int y) {
   }
 }
 
+refine::ResidualRow DisparityRefiner::RowOf(const RectifiedPicture& a, const RectifiedPicture& b,
+                                            int y, float softness) {
+  GainsOfRow(y);
+  return {.a = a.row(y),
+          .above = a.row(std::max(y - 1, 0)),
+          .below = a.row(std::min(y + 1, height_ - 1)),
+          .b = b.row(y),
+          .disparity = disparity_row(y),
+          .gain = {row_gains_[0].data(), row_gains_[1].data(), row_gains_[2].data()},
+          .width = static_cast<std::size_t>(width_),
+          .softness = softness};
+}
+
 float DisparityRefiner::FindNoise(const RectifiedPicture& a, const RectifiedPicture& b) {
   squares_.clear();
   const refine::SmoothRow here = here_.view();
   for (int y = 4; y < height_; y += 16) {
-    GainsOfRow(y);
-    const float* disparity = disparity_row(y);
-    refine::Residuals({a.row(y),
-                       b.row(y),
-                       disparity,
-                       {row_gains_[0].data(), row_gains_[1].data(), row_gains_[2].data()},
-                       static_cast<std::size_t>(width_),
-                       0.0F},
-                      here.evidence);
+    refine::Residuals(RowOf(a, b, y, 0.0F), here.evidence);
     for (int x = 0; x < width_; ++x) {
       if (here.evidence.slope_square[x] > 0.0F) squares_.push_back(here.evidence.error_square[x]);
     }
@@ -180,14 +186,7 @@ void DisparityRefiner::Iterate(const RectifiedPicture& a, const RectifiedPicture
   }
   const refine::SmoothRow here = here_.view(), result = result_.view();
   const auto prepare = [&](int y) {
-    GainsOfRow(y);
-    refine::Residuals({a.row(y),
-                       b.row(y),
-                       disparity_row(y),
-                       {row_gains_[0].data(), row_gains_[1].data(), row_gains_[2].data()},
-                       width,
-                       1.0F / (kSoftness * noise_square)},
-                      here.evidence);
+    refine::Residuals(RowOf(a, b, y, 1.0F / (kSoftness * noise_square)), here.evidence);
     refine::SmoothAlong({disparity_row(y), here.evidence, here.support}, width,
                         views[static_cast<std::size_t>(y % kRows)]);
   };

@@ -29,7 +29,7 @@ class DisparityRefiner {
  private:
   static constexpr int kGainBlock = 64;
   struct Row {
-    std::vector<float> disparity, slope_error, slope_square, error_square, support;
+    std::vector<float> disparity, slope_error, slope_square, error_square, slope_cross, support;
     void Resize(std::size_t width);
     refine::SmoothRow view();
   };
@@ -37,6 +37,8 @@ class DisparityRefiner {
   void Enlarge(const std::vector<float>& coarse_px);
   void FindGains(const RectifiedPicture& a, const RectifiedPicture& b);
   void GainsOfRow(int y);
+  refine::ResidualRow RowOf(const RectifiedPicture& a, const RectifiedPicture& b, int y,
+                            float softness);
   float FindNoise(const RectifiedPicture& a, const RectifiedPicture& b);
   void Iterate(const RectifiedPicture& a, const RectifiedPicture& b, float noise_square,
                std::vector<float>* sd_px);

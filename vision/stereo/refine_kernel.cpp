@@ -48,6 +48,7 @@ void Residuals(const ResidualRow& row, const Evidence& evidence) {
       hn::StoreU(hn::Zero(f), f, evidence.slope_error + x);
       hn::StoreU(hn::Zero(f), f, evidence.slope_square + x);
       hn::StoreU(hn::Zero(f), f, evidence.error_square + x);
+      hn::StoreU(hn::Zero(f), f, evidence.slope_cross + x);
       continue;
     }
     const auto safe = hn::IfThenElse(inside, target, hn::Set(f, 1.0F));
@@ -59,8 +60,9 @@ void Residuals(const ResidualRow& row, const Evidence& evidence) {
     const auto b0 = gather(-1), b1 = gather(0), b2 = gather(1), b3 = gather(2);
     const auto centre = load(row.a, x);
     const auto left = load(row.a - 1, x), right = load(row.a + 1, x);
-    const auto all =
-        hn::And(hn::And(hn::And(b0, b1), hn::And(b2, b3)), hn::And(centre, hn::And(left, right)));
+    const auto above = load(row.above, x), below = load(row.below, x);
+    const auto all = hn::And(hn::And(hn::And(b0, b1), hn::And(b2, b3)),
+                             hn::And(hn::And(centre, hn::And(left, right)), hn::And(above, below)));
     const auto seen = hn::And(
         inside, hn::MaskFromVec(hn::BitCast(f, hn::BroadcastSignBit(hn::BitCast(i32, all)))));
     // Catmull-Rom weights and their derivatives.
@@ -75,8 +77,9 @@ void Residuals(const ResidualRow& row, const Evidence& evidence) {
     const auto s2 = hn::Add(hn::Sub(m(4.0F, t), m(4.5F, t2)), half);
     const auto s3 = hn::Sub(m(1.5F, t2), t);
     auto slope_error = hn::Zero(f), slope_square = hn::Zero(f), error_square = hn::Zero(f);
-    const auto add = [&](auto pa, auto pl, auto pr, auto p0, auto p1, auto p2, auto p3,
-                         const GainLine* gains) {
+    auto slope_cross = hn::Zero(f);
+    const auto add = [&](auto pa, auto pl, auto pr, auto pu, auto pd, auto p0, auto p1, auto p2,
+                         auto p3, const GainLine* gains) {
       const GainLine& line = gains[x / kGainColumns];
       const auto gain = hn::MulAdd(hn::Set(f, line.rise), column, hn::Set(f, line.base));
       const auto value =
@@ -88,13 +91,17 @@ void Residuals(const ResidualRow& row, const Evidence& evidence) {
       slope_error = hn::MulAdd(slope, error, slope_error);
       slope_square = hn::MulAdd(slope, slope, slope_square);
       error_square = hn::MulAdd(error, error, error_square);
+      slope_cross = hn::MulAdd(slope, hn::Mul(half, hn::Sub(pd, pu)), slope_cross);
     };
-    add(Channel<0>(centre), Channel<0>(left), Channel<0>(right), Channel<0>(b0), Channel<0>(b1),
-        Channel<0>(b2), Channel<0>(b3), row.gain[0]);
-    add(Channel<8>(centre), Channel<8>(left), Channel<8>(right), Channel<8>(b0), Channel<8>(b1),
-        Channel<8>(b2), Channel<8>(b3), row.gain[1]);
-    add(Channel<16>(centre), Channel<16>(left), Channel<16>(right), Channel<16>(b0),
-        Channel<16>(b1), Channel<16>(b2), Channel<16>(b3), row.gain[2]);
+    add(Channel<0>(centre), Channel<0>(left), Channel<0>(right), Channel<0>(above),
+        Channel<0>(below), Channel<0>(b0), Channel<0>(b1), Channel<0>(b2), Channel<0>(b3),
+        row.gain[0]);
+    add(Channel<8>(centre), Channel<8>(left), Channel<8>(right), Channel<8>(above),
+        Channel<8>(below), Channel<8>(b0), Channel<8>(b1), Channel<8>(b2), Channel<8>(b3),
+        row.gain[1]);
+    add(Channel<16>(centre), Channel<16>(left), Channel<16>(right), Channel<16>(above),
+        Channel<16>(below), Channel<16>(b0), Channel<16>(b1), Channel<16>(b2), Channel<16>(b3),
+        row.gain[2]);
     error_square = hn::Mul(error_square, hn::Set(f, 1.0F / 3.0F));
     const auto one = hn::Set(f, 1.0F);
     const auto weight = hn::Div(one, hn::MulAdd(hn::Set(f, row.softness), error_square, one));
@@ -103,6 +110,7 @@ void Residuals(const ResidualRow& row, const Evidence& evidence) {
                evidence.slope_square + x);
     hn::StoreU(hn::IfThenElseZero(seen, hn::Mul(weight, error_square)), f,
                evidence.error_square + x);
+    hn::StoreU(hn::IfThenElseZero(seen, hn::Mul(weight, slope_cross)), f, evidence.slope_cross + x);
   }
 }
 
@@ -136,6 +144,7 @@ HWY_INLINE void Smooth(const SmoothRow* const* rows, std::size_t width, const Sm
     const auto known = hn::Ge(own, hn::Zero(f));
     auto total = hn::Zero(f), disparity = hn::Zero(f), support = hn::Zero(f);
     auto slope_error = hn::Zero(f), slope_square = hn::Zero(f), error_square = hn::Zero(f);
+    auto slope_cross = hn::Zero(f);
     if (!hn::AllFalse(f, known)) {
       for (int k = 0; k < 2 * kRadius + 1; ++k) {
         const SmoothRow* row = rows[kAlong ? 0 : k];
@@ -153,6 +162,7 @@ HWY_INLINE void Smooth(const SmoothRow* const* rows, std::size_t width, const Sm
             hn::MulAdd(weight, hn::LoadU(f, row->evidence.slope_square + at), slope_square);
         error_square =
             hn::MulAdd(weight, hn::LoadU(f, row->evidence.error_square + at), error_square);
+        slope_cross = hn::MulAdd(weight, hn::LoadU(f, row->evidence.slope_cross + at), slope_cross);
       }
     }
     const auto scale = hn::Div(hn::Set(f, 1.0F), hn::Max(total, hn::Set(f, 1e-6F)));
@@ -161,6 +171,7 @@ HWY_INLINE void Smooth(const SmoothRow* const* rows, std::size_t width, const Sm
     hn::StoreU(hn::Mul(slope_error, scale), f, out.evidence.slope_error + x);
     hn::StoreU(hn::Mul(slope_square, scale), f, out.evidence.slope_square + x);
     hn::StoreU(hn::Mul(error_square, scale), f, out.evidence.error_square + x);
+    hn::StoreU(hn::Mul(slope_cross, scale), f, out.evidence.slope_cross + x);
     hn::StoreU(hn::Mul(kAlong ? total : support, hn::Set(f, taps.inverse_total)), f,
                out.support + x);
   }
@@ -210,7 +221,10 @@ void Deviations(const SmoothRow& smoothed, std::size_t width, float* sd) {
                                    hn::LoadU(f, evidence.error_square + x));
     const auto slope = hn::Max(scene, hn::Set(f, 1e-3F));
     const auto noise = hn::MulAdd(hn::Set(f, kWindowVariance), residual, hn::Set(f, kPattern));
-    const auto variance = hn::Add(hn::Div(noise, slope), hn::Set(f, kFloorSd * kFloorSd));
+    const auto slant =
+        hn::Mul(hn::Set(f, kRowSd), hn::Div(hn::LoadU(f, evidence.slope_cross + x), slope));
+    const auto variance =
+        hn::MulAdd(slant, slant, hn::Add(hn::Div(noise, slope), hn::Set(f, kFloorSd * kFloorSd)));
     // At an edge there are fewer neighbours, and those are not quite of the surface either.
     const auto support = hn::Max(hn::LoadU(f, smoothed.support + x), hn::Set(f, 0.05F));
     hn::StoreU(hn::Div(hn::Sqrt(variance), support), f, sd + x);

@@ -17,9 +17,10 @@ constexpr float kLargestStep = 1.0F;
 /// Mean square slope, three channels together, below which nothing is learned [levels^2 / px^2].
 constexpr float kPlain = 0.5F;
 /// Squared slopes, three channels together, that noise alone makes for a mean squared residual of
-/// one (measured on pictures of nothing but noise, rectified as any); and the least part of the
-/// squared slopes that is taken for the scene's.
-constexpr float kNoiseSlopes = 1.3F;
+/// one: 1.3 on average (measured on pictures of nothing but noise, rectified as any), 2 where a
+/// window has drawn much of it, and such windows must not pass for texture. And the least part of
+/// the squared slopes that is taken for the scene's.
+constexpr float kNoiseSlopes = 2.0F;
 constexpr float kLeastScene = 0.1F;
 /// Variance of a window's mean over that of a pixel: the sum of the squares of its weights, and a
 /// little for what neighbouring pixels share by interpolation.
@@ -31,6 +32,9 @@ constexpr float kPattern = 0.08F;
 constexpr float kLeastResidual = 0.25F;
 /// What remains in the best textured places: interpolation, the picture's own sampling [px].
 constexpr float kFloorSd = 0.03F;
+/// How well the rows of both pictures are the same meridians [px]: what an edge that runs along
+/// them makes of it is an error of the disparity.
+constexpr float kRowSd = 0.1F;
 /// In the arrays here: no disparity. Far enough from every disparity to be on no surface.
 constexpr float kNone = -1e4F;
 /// Rows have this many elements before the first and behind the last, with kNone as disparity.
@@ -41,6 +45,7 @@ struct Evidence {
   float* slope_error;   ///< w * sum of slope * error over the channels
   float* slope_square;  ///< w * sum of slope^2
   float* error_square;  ///< mean of error^2 over the channels
+  float* slope_cross;   ///< w * sum of slope * the slope across the rows
 };
 
 /// A's level over B's, of kGainColumns columns beside each other: base + rise * column.
@@ -51,7 +56,9 @@ struct GainLine {
 };
 
 struct ResidualRow {
-  const std::uint32_t* a;  ///< packed, rectified_picture.hpp
+  const std::uint32_t* a;      ///< packed, rectified_picture.hpp
+  const std::uint32_t* above;  ///< A's rows beside it
+  const std::uint32_t* below;
   const std::uint32_t* b;
   const float* disparity;   ///< of A's pixels
   const GainLine* gain[3];  ///< of a channel, [columns / kGainColumns + 1]
