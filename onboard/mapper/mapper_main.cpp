@@ -1,13 +1,19 @@
 // kawara-mapper: ranges from pictures and poses.
+#include <malloc.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cinttypes>
+#include <csignal>
 #include <cstdio>
 #include <vector>
 
 #include "onboard/mapper/depth_only.hpp"
-#include "onboard/mapper/survey_model.hpp"
+#include "onboard/mapper/model_run.hpp"
+#include "onboard/mapper/survey_source.hpp"
 
 namespace {
 
@@ -42,36 +48,80 @@ int DepthOnly(const kawara::mapper::DepthOptions& options) {
   return 0;
 }
 
-/// A line that is drawn over itself, on a terminal only.
+/// A line that is drawn over itself on a terminal; elsewhere one now and then.
 class ProgressLine {
  public:
-  void Show(std::size_t done, std::size_t all) {
-    if (isatty(STDERR_FILENO) == 0) return;
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    const double rate = static_cast<double>(done) / seconds;
-    std::fprintf(stderr, "\rkawara-mapper: %zu of %zu pairs, %.1f a second, %.0f s left ", done,
-                 all, rate, static_cast<double>(all - done) / rate);
-    if (done == all) std::fputc('\n', stderr);
+  void Show(std::uint64_t stops, std::uint64_t all, std::uint64_t pairs) {
+    const bool terminal = isatty(STDERR_FILENO) != 0;
+    const auto now = std::chrono::steady_clock::now();
+    if (first_ == 0) first_ = stops;
+    const bool last = all > 0 && stops == all;
+    if (now - shown_ < std::chrono::milliseconds(terminal ? 100 : 10000) && !last) return;
+    shown_ = now;
+    const double seconds = std::chrono::duration<double>(now - start_).count();
+    const double rate = static_cast<double>(stops - first_ + 1) / std::max(1e-3, seconds);
+    std::fprintf(stderr, "%skawara-mapper: %" PRIu64 " pairs", terminal ? "\r" : "", pairs);
+    if (all > 0) {
+      std::fprintf(stderr, ", stop %" PRIu64 " of %" PRIu64 ", %.1f a second, %.0f s left ", stops,
+                   all, rate, static_cast<double>(all - std::min(all, stops)) / rate);
+    }
+    open_ = terminal;
+    if (!terminal) std::fputc('\n', stderr);
+  }
+  /// Other lines may come.
+  void End() {
+    if (open_) std::fputc('\n', stderr);
+    open_ = false;
   }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point shown_ = start_ - std::chrono::seconds(60);
+  std::uint64_t first_ = 0;
+  bool open_ = false;
 };
 
-int Model(const kawara::mapper::ModelOptions& options) {
+std::atomic<bool> stop_asked = false;
+
+void OnSignal(int) { stop_asked = true; }
+
+int Model(const std::string& folder, const kawara::mapper::ModelOptions& options) {
+  auto survey = kawara::survey::OpenSurvey(folder);
+  if (!survey) return Fail(survey.error().message, StatusOf(survey.error().code));
+  kawara::mapper::SurveySource source(std::move(*survey));
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
   ProgressLine line;
-  const auto result = kawara::mapper::BuildSurveyModel(
-      options, [&line](std::size_t done, std::size_t all) { line.Show(done, all); });
+  kawara::mapper::ModelHooks hooks;
+  hooks.progress = [&](std::uint64_t stops, std::uint64_t all, std::uint64_t pairs) {
+    line.Show(stops, all, pairs);
+  };
+  hooks.say = [&](const std::string& text) {
+    line.End();
+    std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
+  };
+  hooks.stop = &stop_asked;
+  std::error_code error;
+  const std::string name = std::filesystem::weakly_canonical(folder, error).string();
+  const auto result = kawara::mapper::RunModel(options, source, error ? folder : name, hooks);
+  line.End();
   if (!result) return Fail(result.error().message, StatusOf(result.error().code));
-  std::printf("kawara-mapper: %zu pairs in %.1f s; %zu tiles, %zu faces; %s\n", result->pairs,
-              result->seconds, result->tiles, result->quads, result->vrml.c_str());
+  if (result->interrupted) {
+    return Fail("interrupted after " + std::to_string(result->pairs) +
+                    " pairs: the same command goes on from here",
+                130);
+  }
+  if (!result->rig.empty()) std::printf("kawara-mapper: %s\n", result->rig.c_str());
+  std::printf("kawara-mapper: %" PRIu64 " pairs in %.1f s; %zu tiles, %" PRIu64 " faces; %s\n",
+              result->pairs, result->seconds, result->tiles, result->faces, result->vrml.c_str());
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Pictures go back to the system when they are done with, instead of leaving holes.
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
   CLI::App app{
       "Motion stereo with omnidirectional and other wide-angle pictures whose poses are known. Of "
       "a "
@@ -89,7 +139,7 @@ int main(int argc, char** argv) {
       ->type_name("FRAME_A FRAME_B");
   app.add_option(
          "--out", depth.out,
-         "folder for model.wrl, tile_X_Y.wrl and .glb, tileset.json, points.las; with "
+         "folder for model.wrl, tile_X_Y.wrl, .glb, .ply and .las, tileset.json, model.yaml; with "
          "--depth-only A_B.range.png (16 bits, mm, 0 unknown), A_B.sd.png (16 bits, 0.1 mm), "
          "both as .pfm (float metres, NaN unknown), and A_B.view.png for people")
       ->capture_default_str();
@@ -102,16 +152,19 @@ int main(int argc, char** argv) {
                  "resolution of the search; 0: as the first picture's own")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 2000.0));
-  app.add_option("--baseline", model.baseline_m, "of the model's pairs, at least [m]")
+  app.add_option("--baseline", model.pairs.baseline_m, "of the model's pairs, at least [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 100.0));
-  app.add_option("--step", model.step_m, "between the first frames of two pairs, at least [m]")
+  app.add_option("--step", model.pairs.step_m,
+                 "between the first frames of two pairs, at least [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 100.0));
-  app.add_option("--voxel", model.voxel_m, "of the model [m]")
+  app.add_option("--voxel", model.builder.voxel_m, "of the model [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.02, 1.0));
-  app.add_option("--reach", model.reach_m, "ranges beyond are not voted [m]")
+  app.add_flag("--fresh", model.fresh,
+               "make the model anew instead of going on with what is in the folder");
+  app.add_option("--reach", model.builder.reach_m, "ranges beyond are not voted [m]")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 30.0));
   try {
@@ -125,9 +178,9 @@ int main(int argc, char** argv) {
     depth.frame_b = frames[1];
     return DepthOnly(depth);
   }
-  model.survey = depth.survey;
   model.out = depth.out;
-  model.nearest_m = depth.nearest_m;
-  model.px_per_rad = depth.px_per_rad;
-  return Model(model);
+  model.pairs.refine = depth.refine;
+  model.builder.nearest_m = depth.nearest_m;
+  model.builder.px_per_rad = depth.px_per_rad;
+  return Model(depth.survey, model);
 }

@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import tempfile
@@ -26,6 +27,19 @@ def read_pfm(path):
     assert kind == b"Pf" and float(scale) < 0
     width, height = map(int, size.split())
     return np.frombuffer(rows, "<f4").reshape(height, width)[::-1]
+
+
+def las_heights(path):
+    las = path.read_bytes()
+    offset, = struct.unpack_from("<I", las, 96)
+    length, = struct.unpack_from("<H", las, 105)
+    count, = struct.unpack_from("<Q", las, 247)
+    raw = np.frombuffer(las, np.uint8, count * length, offset).reshape(count, length)
+    return raw[:, 8:12].copy().view("<i4")[:, 0] * struct.unpack_from("<d", las, 147)[0] + struct.unpack_from("<d", las, 171)[0]
+
+
+def files_of(folder):
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.name != "voxels.spill"}
 
 
 class MapperTest(unittest.TestCase):
@@ -116,18 +130,59 @@ class MapperTest(unittest.TestCase):
         self.assertGreater(said, 1000)
         tileset = json.loads((out / "tileset.json").read_text())
         self.assertEqual(len(tileset["root"]["children"]), len(names))
+        for name in names:
+            self.assertTrue((out / f"{name}.ply").read_bytes().startswith(b"ply\nformat binary_little_endian"))
         # The road is flat there, and poses.csv tells the camera's height.
-        las = (out / "points.las").read_bytes()
-        offset, = struct.unpack_from("<I", las, 96)
-        length, = struct.unpack_from("<H", las, 105)
-        count, = struct.unpack_from("<Q", las, 247)
-        raw = np.frombuffer(las, np.uint8, count * length, offset).reshape(count, length)
-        height = raw[:, 8:12].copy().view("<i4")[:, 0] * struct.unpack_from("<d", las, 147)[0] + struct.unpack_from("<d", las, 171)[0]
+        height = np.concatenate([las_heights(out / f"{name}.las") for name in names])
         with open(self.survey / "poses.csv", encoding="ascii") as poses:
             camera = float(next(csv.DictReader(poses))["h_ellipsoidal_m"])
         road = camera - np.median(height)
         self.assertAlmostEqual(road, 0.25 + 0.95, delta=0.05)  # configs/vehicles/survey_robot.yaml
         self.assertGreater((np.abs(height - np.median(height)) < 0.3).mean(), 0.6)
+
+    def test_killed_at_any_moment_the_same_command_goes_on(self):
+        """With the survey's own poses the model is the same to the byte; refined ones are of a window that starts anew."""
+        whole, out, survey = self.folder / "whole", self.folder / "killed", self.folder / "long"
+        subprocess.run([BIN / "kawara-sim", "--render", survey, "--doughnut-px", "320", "--every", "0.25", "--start", "20",
+                        "--duration", "14", "--light-cell", "5", "--light-cache", "", "--no-body"], check=True,
+                       capture_output=True, timeout=300)
+        words = [survey, "--given-poses"]
+        self.assertEqual(mapper(*words, "--out", whole).returncode, 0)
+        dice = np.random.default_rng(4)
+        kills = resumed = 0
+        for _ in range(8):
+            with subprocess.Popen([BIN / "kawara-mapper", *map(str, words), "--out", out], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL) as run:
+                try:
+                    run.wait(dice.uniform(0.3, 1.5))
+                except subprocess.TimeoutExpired:
+                    run.kill()
+                    kills += 1
+            resumed += (out / "model.yaml").exists()
+        run = mapper(*words, "--out", out)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertGreater(kills, 0)
+        self.assertGreater(resumed, 0)
+        self.assertEqual(files_of(out), files_of(whole))
+        again = mapper(*words, "--out", out)
+        self.assertEqual(again.returncode, 0)
+        self.assertIn("is complete", again.stderr)
+        self.assertEqual(files_of(out), files_of(whole))
+        other = mapper(*words, "--out", out, "--voxel", "0.2")
+        self.assertEqual(other.returncode, 2)
+        self.assertIn("--fresh", other.stderr)
+        self.assertEqual(mapper(*words, "--out", out, "--voxel", "0.2", "--fresh").returncode, 0)
+
+    def test_interrupted_it_says_how_to_go_on(self):
+        out = self.folder / "interrupted"
+        with subprocess.Popen([BIN / "kawara-mapper", self.survey, "--out", out, "--step", "0.05"], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True) as run:
+            run.stderr.readline()  # the first pair is done
+            run.send_signal(signal.SIGINT)
+            said, warned = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130, warned)
+        self.assertIn("the same command goes on from here", warned)
+        self.assertEqual(said, "")
 
     def test_mistakes_are_answered_in_one_line(self):
         bad = self.folder / "bad"

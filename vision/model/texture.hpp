@@ -16,7 +16,8 @@ namespace kawara::vision {
 struct TextureView {
   const CameraModel& camera;
   ConstImageView picture;              ///< of that camera
-  const RangeImage* ranges = nullptr;  ///< same size, tells what hides what; null: nobody knows
+  const RangeImage* ranges = nullptr;  ///< same size, tells what hides what, with or without sd;
+                                       ///< null: nobody knows
   Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
 };
 

@@ -10,6 +10,8 @@ namespace {
 constexpr double kNeighbourBonus = 1.3;  // a seam must be worth it
 constexpr double kUnknownShare = 0.5;    // of a view whose distance image is silent there
 constexpr double kSigmas = 3.0;
+/// Of ranges that come without deviations, in parts of them.
+constexpr double kUnstatedSd = 0.02;
 
 // How well a view shows a quad; 0: not at all.
 double Score(const TextureView& view, const QuadPlace& quad, double voxel_m, double least_cos,
@@ -23,10 +25,11 @@ double Score(const TextureView& view, const QuadPlace& quad, double voxel_m, dou
     const std::size_t i = view.ranges->index(static_cast<int>(std::lround(pixel.x())),
                                              static_cast<int>(std::lround(pixel.y())));
     const auto range_m = static_cast<double>(view.ranges->range_m[i]);
+    const double sd_m = view.ranges->sd_m.empty() ? kUnstatedSd * distance_m
+                                                  : static_cast<double>(view.ranges->sd_m[i]);
     if (std::isnan(range_m)) {
       score *= kUnknownShare;
-    } else if (range_m <
-               distance_m - kSigmas * static_cast<double>(view.ranges->sd_m[i]) - 1.5 * voxel_m) {
+    } else if (range_m < distance_m - kSigmas * sd_m - 1.5 * voxel_m) {
       return 0.0;  // something stands in front of it
     }
   }

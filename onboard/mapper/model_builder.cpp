@@ -1,0 +1,174 @@
+#include "onboard/mapper/model_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "vision/model/surface.hpp"
+#include "vision/model/texture.hpp"
+
+namespace kawara::mapper {
+namespace {
+
+/// A voxel of the model: enough votes, as many as rays that looked through, and a mean good to 5
+/// cm.
+constexpr vision::OccupancyRule kSurfaceRule{.min_hits = 5, .min_weight = 1.0 / (0.05 * 0.05)};
+/// Metres between pictures that textures are taken from.
+constexpr double kLookStep = 1.5;
+/// A tile is finished when it is this much farther away than ranges reach.
+constexpr double kFinishMargin = 1.0;
+/// Pairs that a kill costs at most.
+constexpr std::uint64_t kCommitEvery = 8;
+
+}  // namespace
+
+core::Expected<ModelBuilder> ModelBuilder::Open(
+    const BuilderOptions& options, const Rig& rig,
+    const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras, ModelStore store) {
+  auto map = vision::VoxelMap::Open({.voxel_m = options.voxel_m, .max_range_m = options.reach_m},
+                                    store.voxels().string());
+  if (!map) return tl::unexpected(map.error());
+  return ModelBuilder(options, rig, cameras, std::move(store), std::move(*map));
+}
+
+ModelBuilder::ModelBuilder(const BuilderOptions& options, const Rig& rig,
+                           const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras,
+                           ModelStore store, vision::VoxelMap map)
+    : options_(options),
+      rig_(&rig),
+      cameras_(&cameras),
+      store_(std::move(store)),
+      map_(std::move(map)),
+      matcher_({.px_per_rad = options.px_per_rad, .nearest_m = options.nearest_m}),
+      pairs_(store_.manifest().pairs_done),
+      last_stop_(map_.progress() == 0 ? 0 : map_.progress() - 1) {
+  for (const auto& camera : rig.cameras) rays_.emplace_back(*camera.model);
+}
+
+double ModelBuilder::out_of_reach_m() const { return options_.reach_m + kFinishMargin; }
+
+// A tile's surface needs its neighbours too.
+double ModelBuilder::keep_m() const { return out_of_reach_m() + 2.0 * map_.tile_m(); }
+
+core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
+  const Eigen::Vector3d here = pair.map_from_a.translation();
+  if (!started_) {
+    started_ = true;
+    // Tiles that an earlier run changed and had not finished again.
+    if (auto done = ReturnAbout(here); !done) return done;
+  }
+  // Between stops only: a stop may have pairs of several cameras.
+  const bool due = tiles_written_ || since_commit_ >= kCommitEvery;
+  if (due && pair.stop != last_stop_) {
+    if (auto done = Commit(0); !done) return done;
+  }
+  const vision::StereoCamera& camera = *(*cameras_)[pair.camera];
+  const auto matched =
+      matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a},
+                     {&camera, pair.picture_b->view(), pair.map_from_b}, ranges_, pair.doubt);
+  if (!matched) return tl::unexpected(matched.error());
+  const vision::RangeView view{.rays = rays_[pair.camera],
+                               .ranges = ranges_,
+                               .picture = pair.picture_a->view(),
+                               .map_from_camera = pair.map_from_a};
+  if (auto done = map_.Vote(view); !done) return done;
+  if (auto done = map_.Examine(view); !done) return done;
+  const auto same_place = [&](const std::unique_ptr<Look>& look) {
+    return look->camera == pair.camera &&
+           (look->map_from_camera.translation() - here).norm() < kLookStep;
+  };
+  if (std::ranges::none_of(looks_, same_place)) {
+    looks_.push_back(
+        std::make_unique<Look>(Look{pair.camera, pair.picture_a, ranges_, pair.map_from_a}));
+    looks_.back()->ranges.sd_m = {};  // half the memory; texture does without
+  }
+  ++pairs_;
+  ++since_commit_;
+  last_stop_ = pair.stop;
+  return FinishTiles(here);
+}
+
+core::Expected<void> ModelBuilder::Pause() { return Commit(0); }
+
+core::Expected<void> ModelBuilder::Finish(std::uint64_t stops_of_source) {
+  for (const vision::TileIndex& tile : map_.Tiles()) {
+    const TileRecord* record = store_.Find(tile.x, tile.y);
+    if (!map_.IsResident(tile) && record != nullptr) continue;  // written before it was put away
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        if (auto back = map_.Return({tile.x + dx, tile.y + dy}); !back) return back;
+      }
+    }
+    if (record != nullptr && record->revision == map_.Revision(tile)) continue;
+    if (auto done = FinishTile(tile); !done) return done;
+  }
+  return Commit(stops_of_source);
+}
+
+core::Expected<void> ModelBuilder::ReturnAbout(const Eigen::Vector3d& here) {
+  for (const vision::TileIndex& tile : map_.Tiles()) {
+    if (Distance(tile, here) > keep_m()) continue;
+    if (auto back = map_.Return(tile); !back) return back;
+  }
+  return {};
+}
+
+double ModelBuilder::Distance(const vision::TileIndex& tile, const Eigen::Vector3d& from) const {
+  const double side = map_.tile_m();
+  const auto outside = [side](double at, double low) {
+    return std::max({low - at, at - (low + side), 0.0});
+  };
+  return std::hypot(outside(from.x(), tile.x * side), outside(from.y(), tile.y * side));
+}
+
+core::Expected<void> ModelBuilder::FinishTiles(const Eigen::Vector3d& here) {
+  for (const vision::TileIndex& tile : map_.Tiles()) {
+    if (!map_.IsResident(tile) || Distance(tile, here) <= out_of_reach_m()) continue;
+    const TileRecord* record = store_.Find(tile.x, tile.y);
+    if (record != nullptr && record->revision == map_.Revision(tile)) continue;
+    if (auto done = FinishTile(tile); !done) return done;
+  }
+  if (auto done = map_.SpillBeyond(here, keep_m()); !done) return done;
+  const double farthest = out_of_reach_m() + std::sqrt(2.0) * map_.tile_m() + options_.reach_m;
+  std::erase_if(looks_, [&](const std::unique_ptr<Look>& look) {
+    return (look->map_from_camera.translation() - here).norm() > farthest;
+  });
+  return {};
+}
+
+core::Expected<void> ModelBuilder::FinishTile(const vision::TileIndex& tile) {
+  vision::Surface surface = vision::BuildSurface(map_, tile, kSurfaceRule);
+  if (!surface.quads.empty()) {
+    std::vector<vision::TextureView> views;
+    for (const auto& look : looks_) {
+      if (Distance(tile, look->map_from_camera.translation()) > options_.reach_m) continue;
+      views.push_back({.camera = *rig_->cameras[look->camera].model,
+                       .picture = look->picture->view(),
+                       .ranges = &look->ranges,
+                       .map_from_camera = look->map_from_camera});
+    }
+    const auto done = vision::ApplyTexture(surface, options_.voxel_m, views, {}, encoder_);
+    if (!done) return tl::unexpected(done.error());
+  }
+  std::vector<core::ColouredPoint> points;
+  const vision::VoxelIndex low{tile.x * vision::kTileSide, tile.y * vision::kTileSide,
+                               std::numeric_limits<std::int32_t>::min()};
+  const vision::VoxelIndex high{low.x + vision::kTileSide, low.y + vision::kTileSide,
+                                std::numeric_limits<std::int32_t>::max()};
+  map_.ForEachOccupied(low, high, kSurfaceRule, [&](const vision::OccupiedVoxel& occupied) {
+    points.push_back({vision::CentroidVoxels(occupied.index, occupied.voxel) * options_.voxel_m,
+                      vision::ColourOf(occupied.voxel), occupied.voxel.hits});
+  });
+  tiles_written_ = true;
+  return store_.WriteTile(tile.x, tile.y, map_.Revision(tile), std::move(surface.mesh), points);
+}
+
+core::Expected<void> ModelBuilder::Commit(std::uint64_t stops_of_source) {
+  // Tiles first: what the voxel file calls done must be in the folder.
+  if (auto done = store_.WriteIndex(last_stop_ + 1, pairs_, stops_of_source); !done) return done;
+  since_commit_ = 0;
+  tiles_written_ = false;
+  return map_.Commit(last_stop_ + 1);
+}
+
+}  // namespace kawara::mapper

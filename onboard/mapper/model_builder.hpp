@@ -1,0 +1,80 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "onboard/mapper/model_store.hpp"
+#include "onboard/mapper/pair_maker.hpp"
+#include "vision/jpeg.hpp"
+#include "vision/stereo/pair_matcher.hpp"
+#include "vision/voxel/voxel_map.hpp"
+
+namespace kawara::mapper {
+
+struct BuilderOptions {
+  double nearest_m = 1.5;
+  double px_per_rad = 0.0;  ///< of the search; 0: the camera's own
+  double voxel_m = 0.10;
+  double reach_m = 8.0;  ///< ranges beyond are not voted
+};
+
+/// Pairs of pictures to a model on disk, tile by tile (the paper's section 4): distance image,
+/// votes, and, once the drive is out of reach of a tile, its surface and texture. Tiles left behind
+/// wait in the store's voxel file, so that memory does not grow with the drive; a second visit
+/// brings them back. One thread.
+class ModelBuilder {
+ public:
+  /// `cameras`: of the rig; outlives this. Errors: those of the voxel file.
+  static core::Expected<ModelBuilder> Open(
+      const BuilderOptions& options, const Rig& rig,
+      const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras, ModelStore store);
+
+  /// Stops that an earlier run has made durable: go on from this one.
+  std::uint64_t first_stop() const { return map_.progress(); }
+  /// Damaged places of the voxel file that were left out.
+  std::uint64_t damaged_records() const { return map_.damaged_records(); }
+
+  core::Expected<void> Add(const PicturePair& pair);
+  /// What there is, durable: to be gone on with.
+  core::Expected<void> Pause();
+  /// Everything is finished, of so many stops; 0: nobody knows.
+  core::Expected<void> Finish(std::uint64_t stops_of_source);
+
+  const ModelStore& store() const { return store_; }
+  std::uint64_t pairs() const { return pairs_; }
+
+ private:
+  /// A picture that textures may be taken from.
+  struct Look {
+    std::size_t camera = 0;
+    SharedPicture picture;
+    vision::RangeImage ranges;
+    Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
+  };
+
+  ModelBuilder(const BuilderOptions& options, const Rig& rig,
+               const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras, ModelStore store,
+               vision::VoxelMap map);
+
+  core::Expected<void> ReturnAbout(const Eigen::Vector3d& here);
+  core::Expected<void> FinishTiles(const Eigen::Vector3d& here);
+  core::Expected<void> FinishTile(const vision::TileIndex& tile);
+  core::Expected<void> Commit(std::uint64_t stops_of_source);
+  double Distance(const vision::TileIndex& tile, const Eigen::Vector3d& from) const;
+  double out_of_reach_m() const;
+  double keep_m() const;
+
+  BuilderOptions options_;
+  const Rig* rig_;
+  const std::vector<std::unique_ptr<vision::StereoCamera>>* cameras_;
+  std::vector<vision::CameraRays> rays_;
+  ModelStore store_;
+  vision::VoxelMap map_;
+  vision::PairMatcher matcher_;
+  vision::JpegEncoder encoder_;
+  std::vector<std::unique_ptr<Look>> looks_;
+  vision::RangeImage ranges_;
+  std::uint64_t pairs_ = 0, since_commit_ = 0, last_stop_ = 0;
+  bool started_ = false, tiles_written_ = false;
+};
+
+}  // namespace kawara::mapper

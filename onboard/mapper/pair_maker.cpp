@@ -1,0 +1,132 @@
+#include "onboard/mapper/pair_maker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kawara::mapper {
+namespace {
+
+/// A pair's first stop lies this many behind the newest: its pose has neighbours on both sides.
+constexpr std::size_t kLag = 8;
+/// Steps and baselines may be this much shorter than asked for, as stops are where they are.
+constexpr double kAllowance = 0.85;
+/// Keys before the first that counts, when a run goes on from where another stopped.
+constexpr std::size_t kWarmUp = 42;
+
+std::vector<vision::RigCamera> RigOf(
+    const Rig& rig, const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras) {
+  std::vector<vision::RigCamera> all;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    all.push_back({cameras[i].get(), rig.cameras[i].body_from_camera});
+  }
+  return all;
+}
+
+}  // namespace
+
+PairMaker::PairMaker(const PairOptions& options, const Rig& rig,
+                     const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras,
+                     std::uint64_t from_stop)
+    : options_(options), from_stop_(from_stop), refiner_({}, RigOf(rig, cameras)) {
+  for (const auto& camera : rig.cameras) body_from_camera_.push_back(camera.body_from_camera);
+}
+
+core::Expected<std::vector<PicturePair>> PairMaker::Add(const Stop& stop) {
+  std::vector<PicturePair> pairs;
+  const Eigen::Vector3d here = stop.map_from_body.translation();
+  if (any_ && (here - last_key_).norm() < std::max(0.01, kAllowance * options_.step_m))
+    return pairs;
+  any_ = true;
+  last_key_ = here;
+  if (stop.number < from_stop_) {
+    behind_.push_back(stop);
+    if (behind_.size() > kWarmUp) behind_.pop_front();
+    return pairs;
+  }
+  for (const Stop& before : behind_) {
+    if (auto done = AddKey(before); !done) return tl::unexpected(done.error());
+  }
+  behind_.clear();
+  if (auto done = AddKey(stop); !done) return tl::unexpected(done.error());
+  PairUp(options_.refine ? kLag : 0, pairs);
+  return pairs;
+}
+
+std::vector<PicturePair> PairMaker::Finish() {
+  std::vector<PicturePair> pairs;
+  PairUp(0, pairs);
+  return pairs;
+}
+
+core::Expected<void> PairMaker::AddKey(const Stop& stop) {
+  Key key{.stop = stop.number,
+          .time = stop.time,
+          .map_from_body = stop.map_from_body,
+          .covariance = stop.covariance.value_or(Eigen::Matrix<double, 6, 6>::Zero()),
+          .pictures = {}};
+  std::vector<vision::RigPicture> views;
+  for (const StopPicture& picture : stop.pictures) {
+    auto loaded = picture.load();
+    if (!loaded) return tl::unexpected(loaded.error());
+    views.push_back({picture.camera, (*loaded)->view()});
+    key.pictures.push_back({picture.camera, picture.name, std::move(*loaded)});
+  }
+  if (options_.refine) {
+    const vision::PriorPose prior{
+        .time = stop.time, .map_from_body = stop.map_from_body, .covariance = stop.covariance};
+    if (auto done = refiner_.Add(prior, views); !done) return done;
+  }
+  keys_.push_back(std::move(key));
+  return {};
+}
+
+Eigen::Isometry3d PairMaker::PoseOf(std::size_t key) const {
+  return options_.refine ? refiner_.pose(key) : keys_[key - first_key_].map_from_body;
+}
+
+vision::StepDoubt PairMaker::DoubtOf(std::size_t a, std::size_t b) const {
+  if (options_.refine) return refiner_.Doubt(a, b);
+  const Key &key_a = keys_[a - first_key_], &key_b = keys_[b - first_key_];
+  const Eigen::Matrix<double, 6, 6> sum = key_a.covariance + key_b.covariance;
+  const double length =
+      (key_b.map_from_body.translation() - key_a.map_from_body.translation()).norm();
+  return {.length_relative_sd = std::sqrt(sum.topLeftCorner<3, 3>().trace() / 3.0) / length,
+          .turn_sd_rad = std::sqrt(sum.bottomRightCorner<3, 3>().trace() / 3.0)};
+}
+
+void PairMaker::PairUp(std::size_t lag, std::vector<PicturePair>& pairs) {
+  const std::size_t end = first_key_ + keys_.size();
+  for (; next_a_ + lag < end; ++next_a_) {
+    if (keys_[next_a_ - first_key_].stop < from_stop_) continue;  // only there to warm up
+    const Eigen::Isometry3d pose_a = PoseOf(next_a_);
+    std::size_t b = next_a_ + 1;
+    const auto apart = [&](std::size_t key) {
+      return (PoseOf(key).translation() - pose_a.translation()).norm();
+    };
+    while (b < end && apart(b) < kAllowance * options_.baseline_m) ++b;
+    // Without refinement the second stop may yet have to come.
+    if (b == end && lag == 0 && !options_.refine && end - next_a_ <= kLag) break;
+    if (b == end || apart(b) > 2.5 * options_.baseline_m) continue;
+    const Key &key_a = keys_[next_a_ - first_key_], &key_b = keys_[b - first_key_];
+    for (const Read& picture_a : key_a.pictures) {
+      const auto other = std::ranges::find(key_b.pictures, picture_a.camera, &Read::camera);
+      if (other == key_b.pictures.end()) continue;
+      const Eigen::Isometry3d& mounting = body_from_camera_[picture_a.camera];
+      pairs.push_back({.stop = key_a.stop,
+                       .time = key_a.time,
+                       .camera = picture_a.camera,
+                       .name = picture_a.name,
+                       .picture_a = picture_a.picture,
+                       .picture_b = other->picture,
+                       .map_from_a = pose_a * mounting,
+                       .map_from_b = PoseOf(b) * mounting,
+                       .doubt = DoubtOf(next_a_, b)});
+    }
+  }
+  while (first_key_ < next_a_ && !keys_.empty()) {
+    keys_.pop_front();
+    ++first_key_;
+  }
+}
+
+}  // namespace kawara::mapper

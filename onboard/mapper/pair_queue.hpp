@@ -1,0 +1,50 @@
+#pragma once
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "onboard/mapper/pair_maker.hpp"
+
+namespace kawara::mapper {
+
+/// Pairs on their way from the thread that makes them to the one that matches them. Few, as each
+/// holds two pictures. Any thread.
+class PairQueue {
+ public:
+  /// Waits for room. False: nobody wants them any more.
+  bool Push(PicturePair pair) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return pairs_.size() < kRoom || closed_; });
+    if (closed_) return false;
+    pairs_.push_back(std::move(pair));
+    changed_.notify_all();
+    return true;
+  }
+  /// Waits for a pair. Empty: there will be no more.
+  std::optional<PicturePair> Pop() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !pairs_.empty() || closed_; });
+    if (pairs_.empty()) return {};
+    PicturePair pair = std::move(pairs_.front());
+    pairs_.pop_front();
+    changed_.notify_all();
+    return pair;
+  }
+  /// No more pairs go in; those inside still come out.
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  static constexpr std::size_t kRoom = 3;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<PicturePair> pairs_;
+  bool closed_ = false;
+};
+
+}  // namespace kawara::mapper
