@@ -40,7 +40,8 @@ ModelBuilder::ModelBuilder(const BuilderOptions& options, const Rig& rig,
       store_(std::move(store)),
       map_(std::move(map)),
       matcher_({.px_per_rad = options.px_per_rad, .nearest_m = options.nearest_m}),
-      pairs_(store_.manifest().pairs_done),
+      first_stop_(map_.progress()),
+      pairs_(map_.pictures()),
       last_stop_(map_.progress() == 0 ? 0 : map_.progress() - 1) {
   for (const auto& camera : rig.cameras) rays_.emplace_back(*camera.model);
 }
@@ -51,6 +52,13 @@ double ModelBuilder::out_of_reach_m() const { return options_.reach_m + kFinishM
 double ModelBuilder::keep_m() const { return out_of_reach_m() + 2.0 * map_.tile_m(); }
 
 core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
+  if (pair.stop < first_stop_) {
+    if (std::ranges::find(store_.manifest().looks, pair.stop) != store_.manifest().looks.end()) {
+      if (auto done = Match(pair); !done) return done;
+      AddLook(pair);
+    }
+    return {};
+  }
   const Eigen::Vector3d here = pair.map_from_a.translation();
   if (!started_) {
     started_ = true;
@@ -62,11 +70,7 @@ core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
   if (due && pair.stop != last_stop_) {
     if (auto done = Commit(0); !done) return done;
   }
-  const vision::StereoCamera& camera = *(*cameras_)[pair.camera];
-  const auto matched =
-      matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a},
-                     {&camera, pair.picture_b->view(), pair.map_from_b}, ranges_, pair.doubt);
-  if (!matched) return tl::unexpected(matched.error());
+  if (auto done = Match(pair); !done) return done;
   const vision::RangeView view{.rays = rays_[pair.camera],
                                .ranges = ranges_,
                                .picture = pair.picture_a->view(),
@@ -78,14 +82,29 @@ core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
            (look->map_from_camera.translation() - here).norm() < kLookStep;
   };
   if (std::ranges::none_of(looks_, same_place)) {
-    looks_.push_back(
-        std::make_unique<Look>(Look{pair.camera, pair.picture_a, ranges_, pair.map_from_a}));
-    looks_.back()->ranges.sd_m = {};  // half the memory; texture does without
+    AddLook(pair);
   }
   ++pairs_;
   ++since_commit_;
   last_stop_ = pair.stop;
   return FinishTiles(here);
+}
+
+core::Expected<void> ModelBuilder::Match(const PicturePair& pair) {
+  const vision::StereoCamera& camera = *(*cameras_)[pair.camera];
+  return matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a},
+                        {&camera, pair.picture_b->view(), pair.map_from_b}, ranges_, pair.doubt);
+}
+
+void ModelBuilder::AddLook(const PicturePair& pair) {
+  looks_.push_back(std::make_unique<Look>(
+      Look{pair.stop, pair.camera, pair.picture_a, ranges_, pair.map_from_a}));
+  looks_.back()->ranges.sd_m = {};  // half the memory; texture does without
+}
+
+std::uint64_t ModelBuilder::first_look() const {
+  const auto& looks = store_.manifest().looks;
+  return looks.empty() ? first_stop_ : std::min(first_stop_, *std::ranges::min_element(looks));
 }
 
 core::Expected<void> ModelBuilder::Pause() { return Commit(0); }
@@ -165,7 +184,10 @@ core::Expected<void> ModelBuilder::FinishTile(const vision::TileIndex& tile) {
 
 core::Expected<void> ModelBuilder::Commit(std::uint64_t stops_of_source) {
   // Tiles first: what the voxel file calls done must be in the folder.
-  if (auto done = store_.WriteIndex(last_stop_ + 1, pairs_, stops_of_source); !done) return done;
+  std::vector<std::uint64_t> looks;
+  for (const auto& look : looks_) looks.push_back(look->stop);
+  const auto written = store_.WriteIndex(last_stop_ + 1, pairs_, stops_of_source, std::move(looks));
+  if (!written) return written;
   since_commit_ = 0;
   tiles_written_ = false;
   return map_.Commit(last_stop_ + 1);

@@ -29,10 +29,13 @@ class ModelBuilder {
       const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras, ModelStore store);
 
   /// Stops that an earlier run has made durable: go on from this one.
-  std::uint64_t first_stop() const { return map_.progress(); }
+  std::uint64_t first_stop() const { return first_stop_; }
+  /// The first stop whose pairs are wanted again, for textures that were not yet finished.
+  std::uint64_t first_look() const;
   /// Damaged places of the voxel file that were left out.
   std::uint64_t damaged_records() const { return map_.damaged_records(); }
 
+  /// Pairs before first_stop() give pictures for textures only.
   core::Expected<void> Add(const PicturePair& pair);
   /// What there is, durable: to be gone on with.
   core::Expected<void> Pause();
@@ -45,6 +48,7 @@ class ModelBuilder {
  private:
   /// A picture that textures may be taken from.
   struct Look {
+    std::uint64_t stop = 0;
     std::size_t camera = 0;
     SharedPicture picture;
     vision::RangeImage ranges;
@@ -55,6 +59,8 @@ class ModelBuilder {
                const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras, ModelStore store,
                vision::VoxelMap map);
 
+  core::Expected<void> Match(const PicturePair& pair);
+  void AddLook(const PicturePair& pair);
   core::Expected<void> ReturnAbout(const Eigen::Vector3d& here);
   core::Expected<void> FinishTiles(const Eigen::Vector3d& here);
   core::Expected<void> FinishTile(const vision::TileIndex& tile);
@@ -73,6 +79,7 @@ class ModelBuilder {
   vision::JpegEncoder encoder_;
   std::vector<std::unique_ptr<Look>> looks_;
   vision::RangeImage ranges_;
+  std::uint64_t first_stop_ = 0;  ///< everything before is in the voxels already
   std::uint64_t pairs_ = 0, since_commit_ = 0, last_stop_ = 0;
   bool started_ = false, tiles_written_ = false;
 };

@@ -105,7 +105,7 @@ core::Expected<ModelResult> RunModel(const ModelOptions& options, FrameSource& s
               " of the model in " + options.out.string());
   }
 
-  PairMaker maker(options.pairs, source.rig(), cameras, builder->first_stop());
+  PairMaker maker(options.pairs, source.rig(), cameras, builder->first_look());
   PairQueue queue;
   core::Expected<void> made;
   std::thread reader([&] {

@@ -15,6 +15,18 @@ using core::Fail;
 
 constexpr const char* kManifest = "model.yaml";
 
+/// What gis::WriteWholeFile leaves behind when it is killed.
+void RemoveHalfFiles(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> half;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string file = entry.path().filename().string();
+    const bool ours = file.starts_with(".tile") || file.starts_with(".model.");
+    if (ours && file.ends_with(".tmp")) half.push_back(entry.path());
+  }
+  for (const fs::path& file : half) fs::remove(file, error);
+}
+
 }  // namespace
 
 core::Expected<ModelStore> ModelStore::Open(const fs::path& folder, const ModelIdentity& identity,
@@ -25,6 +37,7 @@ core::Expected<ModelStore> ModelStore::Open(const fs::path& folder, const ModelI
   if (error) {
     return Fail(ErrorCode::kIo, "make folder " + folder.string() + ": " + error.message());
   }
+  RemoveHalfFiles(folder);
   ModelStore store(folder, origin);
   const fs::path path = folder / kManifest;
   if (fresh) {
@@ -124,7 +137,9 @@ void ModelStore::RemoveOldTextures(const std::string& name, std::uint64_t revisi
 }
 
 core::Expected<void> ModelStore::WriteIndex(std::uint64_t stops_done, std::uint64_t pairs_done,
-                                            std::uint64_t stops_of_source) {
+                                            std::uint64_t stops_of_source,
+                                            std::vector<std::uint64_t> looks) {
+  manifest_.looks = std::move(looks);
   manifest_.stops_done = stops_done;
   manifest_.pairs_done = pairs_done;
   manifest_.stops_of_source = stops_of_source;

@@ -54,6 +54,7 @@ struct ModelManifest {
   std::uint64_t pairs_done = 0;
   std::uint64_t stops_of_source = 0;  ///< all it had when the model became complete; 0: it is not
   std::vector<double> origin_deg_m;   ///< latitude, longitude, ellipsoidal height; empty: local map
+  std::vector<std::uint64_t> looks;   ///< stops whose pictures open tiles take their textures from
   std::vector<TileRecord> tiles;
 
   template <class V>
@@ -64,6 +65,7 @@ struct ModelManifest {
     v("pairs_done", pairs_done);
     v("stops_of_source", stops_of_source);
     v("origin_deg_m", origin_deg_m, Optional{});
+    v("looks", looks, Optional{});
     v("tiles", tiles, Optional{});
   }
 };
@@ -84,7 +86,7 @@ class ModelStore {
                                  std::span<const core::ColouredPoint> points);
   /// Makes model.wrl, tileset.json and model.yaml those of the tiles there are.
   core::Expected<void> WriteIndex(std::uint64_t stops_done, std::uint64_t pairs_done,
-                                  std::uint64_t stops_of_source);
+                                  std::uint64_t stops_of_source, std::vector<std::uint64_t> looks);
 
   const ModelManifest& manifest() const { return manifest_; }
   /// Null: this tile has never been finished.

@@ -1,6 +1,7 @@
 """kawara-mapper as a process, on a survey folder that kawara-sim renders: ranges against the rendered truth, and every
 mistake a user can make."""
 import csv
+import hashlib
 import json
 import os
 import pathlib
@@ -39,7 +40,7 @@ def las_heights(path):
 
 
 def files_of(folder):
-    return {p.name: p.read_bytes() for p in folder.iterdir() if p.name != "voxels.spill"}
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in folder.iterdir() if p.name != "voxels.spill"}
 
 
 class MapperTest(unittest.TestCase):

@@ -74,6 +74,8 @@ class VoxelMap {
   /// by progress() after Open (e.g. the number of the last picture). Without a spill file: nothing.
   core::Expected<void> Commit(std::uint64_t progress);
   std::uint64_t progress() const { return spill_ ? spill_->contents().progress : 0; }
+  /// Voted pictures, over kills and restarts.
+  std::uint64_t pictures() const { return pictures_; }
   /// Records of the spill file that were damaged and left out when it was opened.
   std::uint64_t damaged_records() const { return spill_ ? spill_->contents().damaged_records : 0; }
 
