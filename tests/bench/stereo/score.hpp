@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,30 +23,45 @@ inline double CpuSeconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
+/// A picture with its true pose.
+struct Taken {
+  const StereoLab::Frame* frame;
+  Eigen::Isometry3d pose;
+};
+
 /// How distance images are judged, over all pairs of a condition: pixels whose true range is 2 to 6
-/// m, 25 deg or more from the baseline, seen by both cameras; std of the errors within 10 % of the
-/// range, NMAD of all, outliers beyond 10 %, density.
+/// m, 25 deg or more from the baseline, seen by both cameras (of several others: by any of them);
+/// std of the errors within 10 % of the range, NMAD of all, outliers beyond 10 %, density.
 struct Score {
   double wanted = 0, known = 0, near = 0, sum = 0, square = 0, honest = 0, cpu_s = 0, runs = 0;
   double vehicle_wanted = 0, vehicle_known = 0, vehicle_out = 0;
   std::vector<float> errors;
 
   void Add(const Pair& pair, const RangeImage& ranges, double seconds) {
+    const Taken b{&pair.b, pair.pose_b};
+    Add(*pair.model, {&pair.a, pair.pose_a}, std::span(&b, 1), ranges, seconds);
+  }
+
+  /// The baseline is that to the first of the others.
+  void Add(const CameraModel& model, const Taken& a, std::span<const Taken> others,
+           const RangeImage& ranges, double seconds) {
     cpu_s += seconds;
     runs += 1;
     const Eigen::Vector3d baseline =
-        (pair.pose_b.translation() - pair.pose_a.translation()).normalized();
-    const Eigen::Isometry3d b_from_a = pair.pose_b.inverse() * pair.pose_a;
+        (others.front().pose.translation() - a.pose.translation()).normalized();
     for (int v = 0; v < ranges.height_px; ++v) {
       for (int u = 0; u < ranges.width_px; ++u) {
         const std::size_t i = ranges.index(u, v);
-        const double truth = static_cast<double>(pair.a.range_m[i]);
+        const double truth = static_cast<double>(a.frame->range_m[i]);
         if (!(truth >= 2.0 && truth <= 6.0)) continue;
-        const Eigen::Vector3d ray = *pair.model->Unproject({u, v});
-        if (std::abs((pair.pose_a.linear() * ray).dot(baseline)) > std::cos(25 * core::kRadFromDeg))
+        const Eigen::Vector3d ray = *model.Unproject({u, v});
+        if (std::abs((a.pose.linear() * ray).dot(baseline)) > std::cos(25 * core::kRadFromDeg))
           continue;
-        if (!SeenByB(pair, b_from_a * (truth * ray))) continue;
-        const bool vehicle = pair.a.vehicle[i] != 0;
+        const Eigen::Vector3d point = a.pose * (truth * ray);
+        if (!std::any_of(others.begin(), others.end(),
+                         [&](const Taken& other) { return Sees(model, other, point); }))
+          continue;
+        const bool vehicle = a.frame->vehicle[i] != 0;
         wanted += 1;
         vehicle_wanted += vehicle ? 1 : 0;
         if (std::isnan(ranges.range_m[i])) continue;
@@ -84,13 +100,14 @@ struct Score {
   }
 
  private:
-  static bool SeenByB(const Pair& pair, const Eigen::Vector3d& point_b) {
-    const auto pixel = pair.model->Project(point_b);
+  static bool Sees(const CameraModel& model, const Taken& other, const Eigen::Vector3d& point) {
+    const Eigen::Vector3d there = other.pose.inverse() * point;
+    const auto pixel = model.Project(there);
     if (!pixel) return false;
     const auto u = std::lround(pixel->x()), v = std::lround(pixel->y());
-    if (u < 0 || v < 0 || u >= pair.b.width_px || v >= pair.b.height_px) return false;
-    const auto i = static_cast<std::size_t>(v * pair.b.width_px + u);
-    return static_cast<double>(pair.b.range_m[i]) > 0.97 * point_b.norm();
+    if (u < 0 || v < 0 || u >= other.frame->width_px || v >= other.frame->height_px) return false;
+    const auto i = static_cast<std::size_t>(v * other.frame->width_px + u);
+    return static_cast<double>(other.frame->range_m[i]) > 0.97 * there.norm();
   }
 };
 
