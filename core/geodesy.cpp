@@ -75,6 +75,19 @@ Eigen::Matrix3d RotationNedFromBody(const Attitude& a) {
       .toRotationMatrix();
 }
 
+Eigen::Matrix3d RotationEnuFromNed(const Geodetic& origin, const Geodetic& place) {
+  const auto ecef_from_enu = [](const Geodetic& g) {
+    const double sl = std::sin(g.lon_rad), cl = std::cos(g.lon_rad);
+    const double sp = std::sin(g.lat_rad), cp = std::cos(g.lat_rad);
+    Eigen::Matrix3d R;
+    R << -sl, -sp * cl, cp * cl, cl, -sp * sl, cp * sl, 0.0, cp, sp;
+    return R;
+  };
+  Eigen::Matrix3d R_enu_ned;
+  R_enu_ned << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  return ecef_from_enu(origin).transpose() * ecef_from_enu(place) * R_enu_ned;
+}
+
 Attitude AttitudeFromRotation(const Eigen::Matrix3d& R) {
   const double cos_pitch = std::hypot(R(2, 1), R(2, 2));
   const double pitch = std::atan2(-R(2, 0), cos_pitch);

@@ -52,8 +52,10 @@ struct Attitude {
   double yaw_rad = 0.0;
 };
 Eigen::Matrix3d RotationNedFromBody(const Attitude& a);
-/// Inverse of the above; pitch in [-pi/2, pi/2], roll and yaw in (-pi, pi]. Looking straight up or
-/// down, roll is 0.
+/// Takes north, east, down at `place` to the east, north, up of the tangent plane at `origin`.
+Eigen::Matrix3d RotationEnuFromNed(const Geodetic& origin, const Geodetic& place);
+/// Inverse of RotationNedFromBody; pitch in [-pi/2, pi/2], roll and yaw in (-pi, pi]. Looking
+/// straight up or down, roll is 0.
 Attitude AttitudeFromRotation(const Eigen::Matrix3d& R_ned_body);
 /// Into (-pi, pi].
 double WrapPi(double angle_rad);

@@ -1,5 +1,7 @@
 // kawara-mapper: ranges from pictures and poses.
 #include <malloc.h>
+#include <sched.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +13,9 @@
 #include <cstdio>
 #include <vector>
 
+#include "comms/lcm_bus.hpp"
+#include "comms/log_bus.hpp"
+#include "onboard/mapper/bus_source.hpp"
 #include "onboard/mapper/depth_only.hpp"
 #include "onboard/mapper/model_run.hpp"
 #include "onboard/mapper/survey_source.hpp"
@@ -85,12 +90,8 @@ std::atomic<bool> stop_asked = false;
 
 void OnSignal(int) { stop_asked = true; }
 
-int Model(const std::string& folder, const kawara::mapper::ModelOptions& options) {
-  auto survey = kawara::survey::OpenSurvey(folder);
-  if (!survey) return Fail(survey.error().message, StatusOf(survey.error().code));
-  kawara::mapper::SurveySource source(std::move(*survey));
-  std::signal(SIGINT, OnSignal);
-  std::signal(SIGTERM, OnSignal);
+int Model(kawara::mapper::FrameSource& source, const std::string& name, bool live,
+          const kawara::mapper::ModelOptions& options) {
   ProgressLine line;
   kawara::mapper::ModelHooks hooks;
   hooks.progress = [&](std::uint64_t stops, std::uint64_t all, std::uint64_t pairs) {
@@ -100,10 +101,9 @@ int Model(const std::string& folder, const kawara::mapper::ModelOptions& options
     line.End();
     std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
   };
-  hooks.stop = &stop_asked;
-  std::error_code error;
-  const std::string name = std::filesystem::weakly_canonical(folder, error).string();
-  const auto result = kawara::mapper::RunModel(options, source, error ? folder : name, hooks);
+  // A live source ends when it is asked to, and the model is then finished.
+  if (!live) hooks.stop = &stop_asked;
+  const auto result = kawara::mapper::RunModel(options, source, name, hooks);
   line.End();
   if (!result) return Fail(result.error().message, StatusOf(result.error().code));
   if (result->interrupted) {
@@ -115,6 +115,75 @@ int Model(const std::string& folder, const kawara::mapper::ModelOptions& options
   std::printf("kawara-mapper: %" PRIu64 " pairs in %.1f s; %zu tiles, %" PRIu64 " faces; %s\n",
               result->pairs, result->seconds, result->tiles, result->faces, result->vrml.c_str());
   return 0;
+}
+
+std::string FullName(const std::string& path) {
+  std::error_code error;
+  const std::string full = std::filesystem::weakly_canonical(path, error).string();
+  return error ? path : full;
+}
+
+int ModelOfSurvey(const std::string& folder, const kawara::mapper::ModelOptions& options) {
+  auto survey = kawara::survey::OpenSurvey(folder);
+  if (!survey) return Fail(survey.error().message, StatusOf(survey.error().code));
+  const std::string name = FullName(folder) + " (" + kawara::mapper::FingerprintOf(folder) + ")";
+  kawara::mapper::SurveySource source(std::move(*survey));
+  return Model(source, name, false, options);
+}
+
+struct BusArguments {
+  bool live = false;
+  std::string url, robot;
+  std::vector<std::string> logs;
+};
+
+kawara::core::Expected<std::unique_ptr<kawara::comms::Bus>> OpenBus(const BusArguments& args) {
+  using namespace kawara::comms;  // NOLINT(google-build-using-namespace)
+  if (!args.live) {
+    auto reader = EventLogReader::Open({args.logs.begin(), args.logs.end()});
+    if (!reader) return tl::unexpected(reader.error());
+    return std::make_unique<LogBus>(std::move(*reader));
+  }
+  auto bus = LcmBus::Open({.url = args.url});
+  if (!bus) return tl::unexpected(bus.error());
+  for (const std::string& warning : (*bus)->warnings()) {
+    std::fprintf(stderr, "kawara-mapper: warning: %s\n", warning.c_str());
+  }
+  return std::move(*bus);
+}
+
+/// The robot's real-time side comes first: this process runs when nobody else wants to.
+void GiveWay() {
+  const sched_param none{};
+  (void)sched_setscheduler(0, SCHED_IDLE, &none);    // refused: harmless
+  constexpr int kProcess = 1, kIdleClass = 3 << 13;  // IOPRIO_WHO_PROCESS, IOPRIO_CLASS_IDLE
+  (void)syscall(SYS_ioprio_set, kProcess, 0, kIdleClass);
+}
+
+int ModelOfBus(const BusArguments& args, const kawara::mapper::ModelOptions& options) {
+  if (args.live) GiveWay();
+  auto bus = OpenBus(args);
+  if (!bus) return Fail(bus.error().message, StatusOf(bus.error().code));
+  if (args.live) std::fprintf(stderr, "kawara-mapper: waits for pictures on channel PHASE1\n");
+  auto source = kawara::mapper::BusSource::Open(
+      std::move(*bus),
+      {.live = args.live,
+       .step_m = options.pairs.step_m,
+       .robot = args.robot,
+       .origin = options.fresh ? std::nullopt : kawara::mapper::ModelStore::OriginOf(options.out),
+       .stop = &stop_asked,
+       .say = [](const std::string& text) {
+         std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
+       }});
+  if (!source) return Fail(source.error().message, StatusOf(source.error().code));
+  const std::string name =
+      args.live ? "robot '" + (*source)->robot() + "' on the bus" : FullName(args.logs.front());
+  const int status = Model(**source, name, args.live, options);
+  if ((*source)->dropped() > 0) {
+    std::fprintf(stderr, "kawara-mapper: %" PRIu64 " pictures were left out: it was late\n",
+                 (*source)->dropped());
+  }
+  return status;
 }
 
 }  // namespace
@@ -131,8 +200,20 @@ int main(int argc, char** argv) {
   kawara::mapper::DepthOptions depth;
   kawara::mapper::ModelOptions model;
   std::vector<std::string> frames;
-  app.add_option("survey", depth.survey, "folder with camera.yaml, poses.csv and frames/")
-      ->required();
+  BusArguments bus;
+  auto* survey =
+      app.add_option("survey", depth.survey, "folder with camera.yaml, poses.csv and frames/");
+  auto* log =
+      app.add_option("--log", bus.logs,
+                     "LCM log instead, of kawara-onboard or of the base: its PHASE1 pictures")
+          ->excludes(survey);
+  auto* live = app.add_flag("--live", bus.live,
+                            "take the PHASE1 pictures from the bus as they come, at idle priority, "
+                            "until SIGINT or SIGTERM")
+                   ->excludes(survey)
+                   ->excludes(log);
+  app.add_option("--bus", bus.url, "LCM URL of --live; else LCM_DEFAULT_URL")->needs(live);
+  app.add_option("--robot", bus.robot, "with --log or --live: of several robots, this one");
   app.add_option("--depth-only", frames,
                  "two frames by name: only the distance image of the first, in its own pixels")
       ->expected(2)
@@ -173,6 +254,11 @@ int main(int argc, char** argv) {
     if (e.get_exit_code() == 0) return app.exit(e);
     return Fail(std::string(e.what()) + " (kawara-mapper --help tells more)", 2);
   }
+  const bool of_bus = bus.live || !bus.logs.empty();
+  if (!of_bus && depth.survey.empty()) {
+    return Fail("survey is required: a folder, or --log FILE, or --live (kawara-mapper --help)", 2);
+  }
+  if (!frames.empty() && of_bus) return Fail("--depth-only works on survey folders", 2);
   if (!frames.empty()) {
     depth.frame_a = frames[0];
     depth.frame_b = frames[1];
@@ -182,5 +268,7 @@ int main(int argc, char** argv) {
   model.pairs.refine = depth.refine;
   model.builder.nearest_m = depth.nearest_m;
   model.builder.px_per_rad = depth.px_per_rad;
-  return Model(depth.survey, model);
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+  return of_bus ? ModelOfBus(bus, model) : ModelOfSurvey(depth.survey, model);
 }

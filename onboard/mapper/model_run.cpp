@@ -124,6 +124,10 @@ core::Expected<ModelResult> RunModel(const ModelOptions& options, FrameSource& s
   }
   if (!consumed) return tl::unexpected(consumed.error());
   if (!made) return tl::unexpected(made.error());
+  if (maker.unreadable() > 0) {
+    hooks.say("warning: " + std::to_string(maker.unreadable()) +
+              " pictures were left out; the first: " + maker.first_unreadable());
+  }
   if (builder->pairs() == 0 && !result.interrupted) {
     return core::Fail(core::ErrorCode::kFormat,
                       "no two frames of a camera in " + source_name + " are a baseline of " +

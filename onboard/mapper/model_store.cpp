@@ -29,6 +29,13 @@ void RemoveHalfFiles(const fs::path& folder) {
 
 }  // namespace
 
+std::optional<core::Geodetic> ModelStore::OriginOf(const fs::path& folder) {
+  const auto manifest = core::config::Load<ModelManifest>((folder / kManifest).string());
+  if (!manifest || manifest->origin_deg_m.size() != 3) return {};
+  const auto& origin = manifest->origin_deg_m;
+  return core::Geodetic{origin[0] * core::kRadFromDeg, origin[1] * core::kRadFromDeg, origin[2]};
+}
+
 core::Expected<ModelStore> ModelStore::Open(const fs::path& folder, const ModelIdentity& identity,
                                             const std::optional<core::Geodetic>& origin,
                                             bool fresh) {

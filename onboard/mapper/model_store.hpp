@@ -75,6 +75,8 @@ struct ModelManifest {
 /// folder can be shown and sent at any moment. One thread.
 class ModelStore {
  public:
+  /// Where the map of the model in a folder lies; empty: there is none, or it lies nowhere.
+  static std::optional<core::Geodetic> OriginOf(const std::filesystem::path& folder);
   /// Makes the folder, or goes on with what is in it. kInvalidArgument: the model there is made of
   /// something else. `fresh`: forgets what is there.
   static core::Expected<ModelStore> Open(const std::filesystem::path& folder,

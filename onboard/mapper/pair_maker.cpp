@@ -67,10 +67,14 @@ core::Expected<void> PairMaker::AddKey(const Stop& stop) {
   std::vector<vision::RigPicture> views;
   for (const StopPicture& picture : stop.pictures) {
     auto loaded = picture.load();
-    if (!loaded) return tl::unexpected(loaded.error());
+    if (!loaded) {
+      if (unreadable_++ == 0) first_unreadable_ = loaded.error().message;
+      continue;
+    }
     views.push_back({picture.camera, (*loaded)->view()});
     key.pictures.push_back({picture.camera, picture.name, std::move(*loaded)});
   }
+  if (views.empty()) return {};
   if (options_.refine) {
     const vision::PriorPose prior{
         .time = stop.time, .map_from_body = stop.map_from_body, .covariance = stop.covariance};

@@ -40,11 +40,14 @@ class PairMaker {
             const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras,
             std::uint64_t from_stop);
 
-  /// Pairs that are ready now. Errors: of reading a picture.
+  /// Pairs that are ready now. A picture that cannot be read is left out, see unreadable().
   core::Expected<std::vector<PicturePair>> Add(const Stop& stop);
   /// Those still waiting, at the end.
   std::vector<PicturePair> Finish();
 
+  /// Pictures left out, and the error of the first of them.
+  std::uint64_t unreadable() const { return unreadable_; }
+  const std::string& first_unreadable() const { return first_unreadable_; }
   /// What was learnt of the rig; empty: poses are not refined.
   const vision::PoseRefiner* refiner() const { return options_.refine ? &refiner_ : nullptr; }
 
@@ -72,6 +75,8 @@ class PairMaker {
   std::uint64_t from_stop_;
   vision::PoseRefiner refiner_;
   bool any_ = false;
+  std::uint64_t unreadable_ = 0;
+  std::string first_unreadable_;
   Eigen::Vector3d last_key_ = Eigen::Vector3d::Zero();
   std::deque<Stop> behind_;  ///< keys before from_stop whose pictures may yet be wanted
   std::deque<Key> keys_;

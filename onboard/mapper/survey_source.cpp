@@ -1,5 +1,9 @@
 #include "onboard/mapper/survey_source.hpp"
 
+#include <cstdio>
+
+#include "comms/crc32c.hpp"
+
 namespace kawara::mapper {
 
 SurveySource::SurveySource(survey::Survey survey)
@@ -38,6 +42,17 @@ core::Expected<std::optional<Stop>> SurveySource::Next() {
     stop.pictures.push_back({static_cast<std::size_t>(frame.camera), frame.name, load});
   }
   return stop;
+}
+
+std::string FingerprintOf(const std::filesystem::path& folder) {
+  std::uint32_t crc = 0;
+  for (const char* name : {"camera.yaml", "poses.csv", "poses.txt", "poses.tum"}) {
+    const auto bytes = survey::ReadBytes(folder / name);
+    if (bytes) crc = comms::Crc32c(*bytes, crc);
+  }
+  char text[16];
+  std::snprintf(text, sizeof text, "%08x", crc);
+  return text;
 }
 
 }  // namespace kawara::mapper

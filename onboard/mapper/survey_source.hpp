@@ -1,4 +1,7 @@
 #pragma once
+#include <filesystem>
+#include <string>
+
 #include "onboard/mapper/frame_source.hpp"
 
 namespace kawara::mapper {
@@ -20,5 +23,8 @@ class SurveySource : public FrameSource {
   std::size_t next_frame_ = 0;
   std::uint64_t next_stop_ = 0, stops_ = 0;
 };
+
+/// Eight hex digits that change with the survey's camera.yaml and poses.
+std::string FingerprintOf(const std::filesystem::path& folder);
 
 }  // namespace kawara::mapper

@@ -64,20 +64,6 @@ std::optional<std::int64_t> NanosecondsOf(std::string_view text) {
   return *whole * 1'000'000'000 + (text.starts_with('-') ? -fraction : fraction);
 }
 
-/// North, east, down at a place, in the map's east, north, up.
-Eigen::Matrix3d RotationEnuFromNed(const core::Geodetic& origin, const core::Geodetic& place) {
-  const auto ecef_from_enu = [](const core::Geodetic& g) {
-    const double sl = std::sin(g.lon_rad), cl = std::cos(g.lon_rad);
-    const double sp = std::sin(g.lat_rad), cp = std::cos(g.lat_rad);
-    Eigen::Matrix3d R;
-    R << -sl, -sp * cl, cp * cl, cl, -sp * sl, cp * sl, 0.0, cp, sp;
-    return R;
-  };
-  Eigen::Matrix3d R_enu_ned;
-  R_enu_ned << 0, 1, 0, 1, 0, 0, 0, 0, -1;
-  return ecef_from_enu(origin).transpose() * ecef_from_enu(place) * R_enu_ned;
-}
-
 /// Reads one line after the other by the columns of the header.
 class PoseReader {
  public:
@@ -202,7 +188,7 @@ class PoseReader {
         map_.emplace(here);
       }
       row.map_from_body.translation() = map_->FromGeodetic(here);
-      R_enu_ned = RotationEnuFromNed(*table.origin, here);
+      R_enu_ned = core::RotationEnuFromNed(*table.origin, here);
     } else {
       if (!(place->head<3>().cwiseAbs().maxCoeff() <= kMaxMetres)) {
         return Wrong("x, y, z: farther than 1e8 m");

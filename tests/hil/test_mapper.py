@@ -17,6 +17,7 @@ import numpy as np
 from PIL import Image
 
 BIN = pathlib.Path(os.environ["KAWARA_BIN"])
+SOURCE = pathlib.Path(os.environ["KAWARA_SOURCE_DIR"])
 
 
 def mapper(*words):
@@ -211,6 +212,85 @@ class MapperTest(unittest.TestCase):
                 self.assertEqual(run.returncode, status, run.stderr)
                 self.assertIn(said, run.stderr)
                 self.assertTrue(run.stderr.startswith("kawara-mapper: "), run.stderr)
+                self.assertEqual(run.stdout, "")
+
+
+class MissionTest(unittest.TestCase):
+    """The robot's own messages as input: a mission driven in virtual time, small pictures a quarter of a metre apart."""
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="kawara-mapper-mission-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.log = cls.folder / "mission.lcm"
+        optics = {"width_px": 384, "height_px": 384, "center_u_px": 191.5, "center_v_px": 191.5, "l_in_px": 45,
+                  "l_base_px": 98.4375, "l_out_px": 187.5}
+        settings = [f"picture.doughnut.{key}={value}" for key, value in optics.items()] + [
+            "picture.panorama.width_px=800", "picture.preview_width_px=128", "schedule.every_m=0.25", "schedule.every_epochs=0"]
+        subprocess.run([BIN / "kawara-sim", "site", "--site", SOURCE / "configs/sites/factory_road.yaml", "--run-dir",
+                        cls.folder / "truth", "--virtual", cls.log, "--onboard-config", SOURCE / "configs/survey_robot.yaml",
+                        "--doughnut-px", "384", "--samples", "1", "--light-cell", "5", "--duration", "42",
+                        *(word for setting in settings for word in ("--onboard-set", setting))],
+                       check=True, capture_output=True, timeout=400)
+
+    def tiles(self, out):
+        return len(re.findall(r"^Inline", (out / "model.wrl").read_text(), re.M))
+
+    def test_model_of_a_log(self):
+        out = self.folder / "log_model"
+        run = mapper("--log", self.log, "--out", out)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertGreater(int(re.search(r"(\d+) pairs in", run.stdout)[1]), 20)
+        self.assertGreater(self.tiles(out), 3)
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("lcm-logplayer"), "needs root and Debian's liblcm-bin")
+    def test_live_and_killed_and_live_again(self):
+        """What a kill leaves is a whole model; the next run goes on in the same map, and a signal finishes it."""
+        out = self.folder / "live_model"
+        script = f"""
+            ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo
+            export LCM_DEFAULT_URL='udpm://239.255.76.67:7667?ttl=0'
+            M="{BIN}/kawara-mapper --live --out {out}"
+            $M 2> {self.folder}/first & MAPPER=$!
+            while ! grep -q waits {self.folder}/first; do sleep 0.05; done
+            lcm-logplayer --speed=2 {self.log} > /dev/null & PLAYER=$!
+            while ! [ -e {out}/model.wrl ] && kill -0 $PLAYER; do sleep 0.05; done
+            kill -KILL $MAPPER
+            cp {out}/model.yaml {self.folder}/killed.yaml
+            $M 2> {self.folder}/second > {self.folder}/said & MAPPER=$!
+            wait $PLAYER
+            sleep 1
+            kill -TERM $MAPPER
+            wait $MAPPER
+            echo "status $?" >> {self.folder}/said
+        """
+        with subprocess.Popen(["unshare", "-n", "bash", "-c", script], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              start_new_session=True) as chain:
+            try:
+                chain.wait(timeout=240)
+            except subprocess.TimeoutExpired:
+                os.killpg(chain.pid, signal.SIGKILL)
+                raise
+        said, warned = (self.folder / "said").read_text(), (self.folder / "second").read_text()
+        self.assertIn("status 0", said, warned)
+        self.assertIn("goes on with", warned)
+        self.assertIn("tiles", said)
+        before = re.findall(r'name: "(\S+)"', (self.folder / "killed.yaml").read_text())
+        after = re.findall(r'name: "(\S+)"', (out / "model.yaml").read_text())
+        self.assertGreater(len(before), 0)
+        self.assertLessEqual(set(before), set(after))
+        self.assertGreater(len(after), len(before))
+
+    def test_mistakes_are_answered_in_one_line(self):
+        (self.folder / "no.lcm").write_bytes(b"")
+        for words, said in ((("--log", self.folder / "none.lcm"), "none.lcm"),
+                            (("--log", self.folder / "no.lcm"), "PHASE1"),
+                            (("--log", self.log, "--robot", "nobody"), "PHASE1"),
+                            (("--log", self.log, "--depth-only", "1", "2"), "survey"),
+                            (("--live", "--bus", "nonsense://"), "nonsense")):
+            with self.subTest(words=words):
+                run = mapper(*words, "--out", self.folder / "nothing")
+                self.assertNotEqual(run.returncode, 0)
+                self.assertIn(said, run.stderr)
                 self.assertEqual(run.stdout, "")
 
 
