@@ -9,6 +9,7 @@
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
+#include <map>
 #include <vector>
 
 #include "onboard/mapper/depth_only.hpp"
@@ -143,13 +144,20 @@ int main(int argc, char** argv) {
          "--depth-only A_B.range.png (16 bits, mm, 0 unknown), A_B.sd.png (16 bits, 0.1 mm), "
          "both as .pfm (float metres, NaN unknown), and A_B.view.png for people")
       ->capture_default_str();
-  app.add_option("--nearest", depth.nearest_m, "nothing nearer is looked for [m]")
+  app.add_option("--nearest", depth.stereo.nearest_m, "nothing nearer is looked for [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.05, 100.0));
+  using kawara::mapper::StereoMethod;
+  const std::map<std::string, StereoMethod> methods = {{"fast", StereoMethod::kFast},
+                                                       {"paper", StereoMethod::kPaper}};
+  app.add_option("--method", depth.stereo.method,
+                 "of stereo: fast, or paper: Meguro et al.'s, which measures colour edges only")
+      ->transform(CLI::CheckedTransformer(methods))
+      ->option_text("fast|paper [fast]");
   app.add_flag("--given-poses{false}", depth.refine,
                "take the poses as they are, without refining them on the pictures");
-  app.add_option("--px-per-rad", depth.px_per_rad,
-                 "resolution of the search; 0: as the first picture's own")
+  app.add_option("--px-per-rad", depth.stereo.px_per_rad,
+                 "resolution of the fast method's search; 0: as the first picture's own")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 2000.0));
   app.add_option("--baseline", model.pairs.baseline_m, "of the model's pairs, at least [m]")
@@ -173,6 +181,9 @@ int main(int argc, char** argv) {
     if (e.get_exit_code() == 0) return app.exit(e);
     return Fail(std::string(e.what()) + " (kawara-mapper --help tells more)", 2);
   }
+  if (depth.stereo.method == StereoMethod::kPaper && depth.stereo.px_per_rad > 0.0) {
+    return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
+  }
   if (!frames.empty()) {
     depth.frame_a = frames[0];
     depth.frame_b = frames[1];
@@ -180,7 +191,6 @@ int main(int argc, char** argv) {
   }
   model.out = depth.out;
   model.pairs.refine = depth.refine;
-  model.builder.nearest_m = depth.nearest_m;
-  model.builder.px_per_rad = depth.px_per_rad;
+  model.builder.stereo = depth.stereo;
   return Model(depth.survey, model);
 }
