@@ -9,7 +9,7 @@
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
-#include <map>
+#include <string>
 #include <vector>
 
 #include "onboard/mapper/depth_only.hpp"
@@ -147,13 +147,11 @@ int main(int argc, char** argv) {
   app.add_option("--nearest", depth.stereo.nearest_m, "nothing nearer is looked for [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.05, 100.0));
-  using kawara::mapper::StereoMethod;
-  const std::map<std::string, StereoMethod> methods = {{"fast", StereoMethod::kFast},
-                                                       {"paper", StereoMethod::kPaper}};
-  app.add_option("--method", depth.stereo.method,
+  std::string method = "fast";
+  app.add_option("--method", method,
                  "of stereo: fast, or paper: Meguro et al.'s, which measures colour edges only")
-      ->transform(CLI::CheckedTransformer(methods))
-      ->option_text("fast|paper [fast]");
+      ->capture_default_str()
+      ->check(CLI::IsMember({"fast", "paper"}));
   app.add_flag("--given-poses{false}", depth.refine,
                "take the poses as they are, without refining them on the pictures");
   app.add_option("--px-per-rad", depth.stereo.px_per_rad,
@@ -181,7 +179,8 @@ int main(int argc, char** argv) {
     if (e.get_exit_code() == 0) return app.exit(e);
     return Fail(std::string(e.what()) + " (kawara-mapper --help tells more)", 2);
   }
-  if (depth.stereo.method == StereoMethod::kPaper && depth.stereo.px_per_rad > 0.0) {
+  if (method == "paper") depth.stereo.method = kawara::mapper::StereoMethod::kPaper;
+  if (method == "paper" && depth.stereo.px_per_rad > 0.0) {
     return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
   }
   if (!frames.empty()) {

@@ -6,9 +6,8 @@
 namespace kawara::vision {
 namespace {
 
-/// Of a step whose sum is not the least of its neighbours', which only happens if those are no
-/// candidates [px].
-constexpr double kNoMinimumSd = 1.0;
+/// A parabola that is bent by so many standard deviations of the bend is a minimum.
+constexpr double kSureBend = 3.0;
 /// What remains in the best textured places: steps of a pixel, windows that do not fit a slanted
 /// surface [px].
 constexpr double kFloorSd = 0.1;
@@ -186,15 +185,20 @@ PaperMatcher::Depth PaperMatcher::MatchPixel(const paper::WindowLevels& window,
   const double least = static_cast<double>(found.cost) / paper::kCostUnit;
   const double left = cost(before), right = cost(after);
   const double curvature = left - 2.0 * least + right;
-  double offset_px = 0.0, variance_px2 = kNoMinimumSd * kNoMinimumSd;
-  if (curvature > 0.0) {
-    offset_px = std::clamp(0.5 * (left - right) / curvature, -1.0, 1.0);
-    // With residuals of variance n^2 and slopes g of the levels along the curve the sum is about
-    // sum k (n^2 + g^2 x^2): its curvature is 2 sum k g^2, and the vertex has the variance
-    // n^2 sum k^2 g^2 / (sum k g^2)^2.
-    const double noise = least / paper::TotalWeight();
-    const double share = paper::TotalSquaredWeight() / paper::TotalWeight();
-    variance_px2 = std::min(variance_px2, 2.0 * share * noise / curvature + kFloorSd * kFloorSd);
+  const double offset_px =
+      curvature > 0.0 ? std::clamp(0.5 * (left - right) / curvature, -1.0, 1.0) : 0.0;
+  // With residuals of variance n^2 and slopes g of the levels along the curve the sum is about
+  // sum k (n^2 + g^2 x^2): its curvature is 2 sum k g^2, and the vertex has the variance
+  // n^2 sum k^2 g^2 / (sum k g^2)^2. The squares of the residuals alone bend the three sums by
+  // n^2 sqrt(12 sum k^2), one standard deviation: an edge along the curve, say a line on the road
+  // that the robot follows, has no more than that and could be anywhere.
+  const double noise = least / paper::TotalWeight();
+  const double share = paper::TotalSquaredWeight() / paper::TotalWeight();
+  const double bend_sd = noise * std::sqrt(12.0 * paper::TotalSquaredWeight());
+  double variance_px2 = static_cast<double>(steps.size() * steps.size()) / 12.0;
+  if (curvature > kSureBend * bend_sd) {
+    variance_px2 =
+        std::min(variance_px2, 2.0 * share * noise / (curvature - bend_sd) + kFloorSd * kFloorSd);
   }
   const double rad_per_px = 0.5 * static_cast<double>(after.delta_rad - before.delta_rad);
   const double delta_rad = static_cast<double>(at.delta_rad) + offset_px * rad_per_px;
