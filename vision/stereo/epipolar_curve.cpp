@@ -107,8 +107,9 @@ std::span<const CurveStep> EpipolarCurve::Follow(const Eigen::Vector3f& ray_a) {
       continue;
     }
     seen = true;
+    const float per_px = 1.0F / length_px;
     for (; next_px < length_px; next_px += 1.0F) {
-      const float t = next_px / length_px;
+      const float t = next_px * per_px;
       const float delta_rad = (static_cast<float>(k) + t) * spacing_rad_;
       if (delta_rad > widest_rad) return {steps_.data(), steps};
       steps_[steps++] = {u[k] + t * du, v[k] + t * dv, up_u[k] + t * (up_u[k + 1] - up_u[k]),

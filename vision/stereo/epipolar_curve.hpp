@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "vision/stereo/arc_kernel.hpp"
 #include "vision/stereo/epipolar_pair.hpp"
-#include "vision/stereo/paper_kernel.hpp"
 #include "vision/stereo/stereo_camera.hpp"
 
 namespace kawara::vision {

@@ -59,45 +59,6 @@ inline const Taps& TheTaps() {
   return taps;
 }
 
-// The plain form of the kernels of the same name: for the ends of rows, and for processors without
-// vectors of 128 bits. Rounds as those do.
-inline std::uint64_t PlainPair(std::uint32_t left, std::uint32_t right) {
-  std::uint64_t word = 0;
-  for (int channel = 0; channel < 4; ++channel) {
-    const auto byte = [&](std::uint32_t of) -> std::uint64_t {
-      return of >> (8 * channel) & 0xFFU;
-    };
-    word |= (byte(left) | byte(right) << 8) << (16 * channel);
-  }
-  return word;
-}
-
-inline void PlainSquares(const std::uint32_t* row, const std::uint32_t* below, std::size_t from,
-                         std::size_t width, std::uint64_t* words) {
-  for (std::size_t x = from; x < width; ++x) {
-    words[2 * x] = PlainPair(row[x], x + 1 < width ? row[x + 1] : 0U);
-    words[2 * x + 1] = PlainPair(below[x], x + 1 < width ? below[x + 1] : 0U);
-  }
-}
-
-inline void PlainSobel(const std::uint32_t* above, const std::uint32_t* row,
-                       const std::uint32_t* below, std::size_t width, std::uint16_t* magnitude) {
-  for (std::size_t x = 1; x + 1 < width; ++x) {
-    int best = 0;
-    for (int shift = 0; shift < 24; shift += 8) {
-      const auto at = [&](const std::uint32_t* from, std::size_t k) {
-        return static_cast<int>(from[k] >> shift & 0xFFU);
-      };
-      const int gx = at(above, x + 1) + 2 * at(row, x + 1) + at(below, x + 1) - at(above, x - 1) -
-                     2 * at(row, x - 1) - at(below, x - 1);
-      const int gy = at(below, x - 1) + 2 * at(below, x) + at(below, x + 1) - at(above, x - 1) -
-                     2 * at(above, x) - at(above, x + 1);
-      best = std::max(best, std::abs(gx) + std::abs(gy));
-    }
-    magnitude[x] = static_cast<std::uint16_t>(best);
-  }
-}
-
 // The words of a place's whole pixel and the place's distance from it.
 struct Origin {
   const std::uint64_t* word;
@@ -124,60 +85,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using F = hn::CappedTag<float, 16>;
 using I = hn::Rebind<std::int32_t, F>;
-void ProjectArc(const RadialTable& table, const Arc& arc, const float* cosine, const float* sine,
-                std::size_t count, const ArcPixels& out) {
-  const F f;
-  const I i32;
-  const auto nowhere = hn::Set(f, std::numeric_limits<float>::quiet_NaN());
-  const auto z_min = hn::Set(f, table.z_min), z_max = hn::Set(f, table.z_max);
-  const auto last = hn::Set(i32, table.count - 2);
-  const auto zero = hn::Zero(i32);
-  const auto step = hn::Set(f, table.inverse_step);
-  for (std::size_t i = 0; i < count; i += hn::Lanes(f)) {
-    const auto c = hn::LoadU(f, cosine + i), s = hn::LoadU(f, sine + i);
-    const auto along = [&](std::size_t k) {
-      return hn::MulAdd(hn::Set(f, arc.start[k]), c, hn::Mul(hn::Set(f, arc.turn[k]), s));
-    };
-    const auto x = along(0), y = along(1), z = along(2);
-    const auto inside = hn::And(hn::Ge(z, z_min), hn::Le(z, z_max));
-    const auto at = hn::Mul(hn::Sub(z, z_min), step);
-    const auto knot = hn::Max(zero, hn::Min(hn::ConvertTo(i32, at), last));
-    const auto left = hn::GatherIndex(f, table.knots, knot);
-    const auto rise = hn::Sub(hn::GatherIndex(f, table.knots + 1, knot), left);
-    const auto g = hn::MulAdd(hn::Sub(at, hn::ConvertTo(f, knot)), rise, left);
-    // d of the ray turning towards up, and of (x, y) g(z) with it.
-    const auto up_along =
-        hn::MulAdd(hn::Set(f, arc.up[0]), x,
-                   hn::MulAdd(hn::Set(f, arc.up[1]), y, hn::Mul(hn::Set(f, arc.up[2]), z)));
-    const auto dx = hn::NegMulAdd(up_along, x, hn::Set(f, arc.up[0]));
-    const auto dy = hn::NegMulAdd(up_along, y, hn::Set(f, arc.up[1]));
-    const auto dz = hn::NegMulAdd(up_along, z, hn::Set(f, arc.up[2]));
-    const auto dg = hn::Mul(hn::Mul(rise, step), dz);
-    const auto du = hn::MulAdd(g, dx, hn::Mul(dg, x)), dv = hn::MulAdd(g, dy, hn::Mul(dg, y));
-    const auto affine = [&](std::size_t k, auto of_x, auto of_y) {
-      return hn::MulAdd(hn::Set(f, table.affine[k]), of_x,
-                        hn::Mul(hn::Set(f, table.affine[k + 1]), of_y));
-    };
-    const auto u = hn::MulAdd(g, affine(0, x, y), hn::Set(f, table.center_u_px));
-    const auto v = hn::MulAdd(g, affine(2, x, y), hn::Set(f, table.center_v_px));
-    hn::StoreU(hn::IfThenElse(inside, u, nowhere), f, out.u_px + i);
-    hn::StoreU(hn::IfThenElse(inside, v, nowhere), f, out.v_px + i);
-    hn::StoreU(affine(0, du, dv), f, out.up_u + i);
-    hn::StoreU(affine(2, du, dv), f, out.up_v + i);
-  }
-}
-
 #if HWY_TARGET == HWY_SCALAR
-
-void SquareRow(const std::uint32_t* row, const std::uint32_t* below, std::size_t width,
-               std::uint64_t* words) {
-  PlainSquares(row, below, 0, width, words);
-}
-
-void SobelRow(const std::uint32_t* above, const std::uint32_t* row, const std::uint32_t* below,
-              std::size_t width, std::uint16_t* magnitude) {
-  PlainSobel(above, row, below, width, magnitude);
-}
 
 void SampleTap(const Taps& taps, const Origin& origin, int stride, const WindowPlace& place,
                std::size_t tap, std::int16_t level[4]) {
@@ -239,71 +147,6 @@ using U16 = hn::Repartition<std::uint16_t, I>;
 using I16 = hn::RebindToSigned<U16>;
 using U8 = hn::Repartition<std::uint8_t, I>;
 
-void SquareRow(const std::uint32_t* row, const std::uint32_t* below, std::size_t width,
-               std::uint64_t* words) {
-  const U64 u64;
-  const hn::Rebind<std::uint32_t, U64> u32;
-  const auto spread = [&](const std::uint32_t* from) {
-    auto wide = hn::PromoteTo(u64, hn::LoadU(u32, from));
-    wide = hn::And(hn::Or(wide, hn::ShiftLeft<16>(wide)), hn::Set(u64, 0x0000FFFF0000FFFFULL));
-    return hn::And(hn::Or(wide, hn::ShiftLeft<8>(wide)), hn::Set(u64, 0x00FF00FF00FF00FFULL));
-  };
-  const auto pair = [&](const std::uint32_t* from) {
-    return hn::Or(spread(from), hn::ShiftLeft<8>(spread(from + 1)));
-  };
-  std::size_t x = 0;
-  for (; x + hn::Lanes(u64) < width; x += hn::Lanes(u64)) {
-    hn::StoreInterleaved2(pair(row + x), pair(below + x), u64, words + 2 * x);
-  }
-  PlainSquares(row, below, x, width, words);
-}
-
-void SobelRow(const std::uint32_t* above, const std::uint32_t* row, const std::uint32_t* below,
-              std::size_t width, std::uint16_t* magnitude) {
-  // Channels 0 and 2 of a pixel in one word, channel 1 (and the seen mark) in another.
-  const I i32;
-  const I16 i16;
-  const hn::RebindToUnsigned<I> u32;
-  const auto channels = [&](const std::uint32_t* from) {
-    struct {
-      hn::Vec<I16> even, odd;
-    } both{};
-    const auto words = hn::LoadU(u32, from);
-    const auto mask = hn::Set(u32, 0x00FF00FFU);
-    both.even = hn::BitCast(i16, hn::And(words, mask));
-    both.odd = hn::BitCast(i16, hn::And(hn::ShiftRight<8>(words), mask));
-    return both;
-  };
-  const auto strength = [](auto al, auto am, auto ar, auto l, auto r, auto bl, auto bm, auto br) {
-    const auto gx =
-        hn::Sub(hn::Add(hn::Add(ar, br), hn::Add(r, r)), hn::Add(hn::Add(al, bl), hn::Add(l, l)));
-    const auto gy = hn::Sub(hn::Add(hn::Add(bl, br), hn::Add(bm, bm)),
-                            hn::Add(hn::Add(al, ar), hn::Add(am, am)));
-    return hn::Add(hn::Abs(gx), hn::Abs(gy));
-  };
-  const std::size_t lanes = hn::Lanes(i32);
-  if (width < lanes + 2) return PlainSobel(above, row, below, width, magnitude);
-  for (std::size_t x = 1; x + 1 < width;) {
-    // The last vector overlaps the one before it, so that no row is read behind its end.
-    x = std::min(x, width - 1 - lanes);
-    const auto al = channels(above + x - 1), am = channels(above + x), ar = channels(above + x + 1);
-    const auto l = channels(row + x - 1), r = channels(row + x + 1);
-    const auto bl = channels(below + x - 1), bm = channels(below + x), br = channels(below + x + 1);
-    const auto even =
-        strength(al.even, am.even, ar.even, l.even, r.even, bl.even, bm.even, br.even);
-    // The mark's half word may be anything: the lower one counts.
-    const auto odd = strength(al.odd, am.odd, ar.odd, l.odd, r.odd, bl.odd, bm.odd, br.odd);
-    const auto low = hn::Set(u32, 0xFFFFU);
-    const auto red = hn::BitCast(i32, hn::And(hn::BitCast(u32, even), low));
-    const auto blue = hn::BitCast(i32, hn::ShiftRight<16>(hn::BitCast(u32, even)));
-    const auto green = hn::BitCast(i32, hn::And(hn::BitCast(u32, odd), low));
-    const auto best = hn::Max(hn::Max(red, blue), green);
-    const hn::Rebind<std::uint16_t, I> half;
-    hn::StoreU(hn::DemoteTo(half, best), half, magnitude + x);
-    x += lanes;
-  }
-}
-
 // Places of as many taps as a vector of floats has.
 struct alignas(64) Grid {
   std::int32_t u[16], v[16];  ///< 1/128 px are the bits 9 to 15
@@ -333,9 +176,9 @@ HWY_NOINLINE void GridOf(const Taps& taps, const Origin& origin, int stride,
 // Of each four taps of a grid the one number kTap, with its four pixels, in a block of 128 bits.
 template <std::size_t kTap>
 HWY_INLINE hn::Vec<U16> Pixels(const Origin& origin, const Grid& grid) {
-  const U64 u64;
   const U16 u16;
 #if HWY_HAVE_SCALABLE
+  const U64 u64;
   alignas(64) std::uint64_t words[16];
   for (std::size_t block = 0; block < hn::Lanes(u64) / 2; ++block) {
     words[2 * block] = origin.word[grid.word[4 * block + kTap]];
@@ -354,7 +197,7 @@ HWY_INLINE hn::Vec<U16> Pixels(const Origin& origin, const Grid& grid) {
 #if HWY_MAX_BYTES == 32
   return hn::BitCast(u16, hn::Combine(two, block(1), block(0)));
 #else
-  return hn::BitCast(u16, hn::Combine(u64, hn::Combine(two, block(3), block(2)),
+  return hn::BitCast(u16, hn::Combine(U64(), hn::Combine(two, block(3), block(2)),
                                       hn::Combine(two, block(1), block(0))));
 #endif
 #endif
@@ -508,30 +351,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kawara::vision::paper {
 
-HWY_EXPORT(SquareRow);
-HWY_EXPORT(SobelRow);
-HWY_EXPORT(ProjectArc);
 HWY_EXPORT(SampleWindow);
 HWY_EXPORT(Cost);
 HWY_EXPORT(Search);
 
-void SquareRow(const std::uint32_t* row, const std::uint32_t* below, std::size_t width,
-               std::uint64_t* words) {
-  HWY_DYNAMIC_DISPATCH(SquareRow)(row, below, width, words);
-}
-
 double TotalWeight() { return TheTaps().total; }
 double TotalSquaredWeight() { return TheTaps().total_squared; }
-
-void SobelRow(const std::uint32_t* above, const std::uint32_t* row, const std::uint32_t* below,
-              std::size_t width, std::uint16_t* magnitude) {
-  HWY_DYNAMIC_DISPATCH(SobelRow)(above, row, below, width, magnitude);
-}
-
-void ProjectArc(const RadialTable& table, const Arc& arc, const float* cosine, const float* sine,
-                std::size_t count, const ArcPixels& out) {
-  HWY_DYNAMIC_DISPATCH(ProjectArc)(table, arc, cosine, sine, count, out);
-}
 
 void SampleWindow(const SquaredPicture& picture, const WindowPlace& place, WindowLevels& window) {
   HWY_DYNAMIC_DISPATCH(SampleWindow)(picture, place, window);

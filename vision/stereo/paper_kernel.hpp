@@ -2,14 +2,13 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "vision/camera/radial_projection.hpp"
+#include "vision/stereo/squared_picture.hpp"
 
-/// The inner loops of the paper's method, compiled for every SIMD target (Highway).
+/// The windows of the paper's method and their sums, compiled for every SIMD target (Highway).
 namespace kawara::vision::paper {
 
-/// The window has 11 x 11 taps, a pixel apart; the deviation of its Gaussian weights k is in pixels
-/// (the k of eq. (11); the paper gives no sizes, these are those its figures of accuracy are
-/// reproduced with).
+/// The window has 11 x 11 taps, a pixel apart; its Gaussian weights, the k of eq. (11), have this
+/// deviation in pixels. The paper gives neither size.
 constexpr int kHalfWindow = 5;
 constexpr double kWindowSd = 2.75;
 /// The taps come in groups, those of a group spread over the window, so that the sum over the first
@@ -23,40 +22,6 @@ constexpr double kCostUnit = 256.0;
 double TotalWeight();
 /// Sum of their squares.
 double TotalSquaredWeight();
-
-/// A picture for bilinear taps: two words a pixel, of which the first has the pixel's red, green,
-/// blue and seen mark in its bytes 0, 2, 4, 6 and those of the pixel to the right in its bytes 1,
-/// 3, 5, 7; the second the same of the row below. One load a tap: gathers are slow on many
-/// processors.
-struct SquaredPicture {
-  const std::uint64_t* words = nullptr;
-  int stride = 0;  ///< pixels from a row to the next; not a power of two, for the cache's sake
-};
-/// A row of it from one packed by MaskedRays::Pack and the one below it. The last pixel has a right
-/// neighbour of zeros. words [2 * width].
-void SquareRow(const std::uint32_t* row, const std::uint32_t* below, std::size_t width,
-               std::uint64_t* words);
-
-/// |gx| + |gy| by Sobel's masks in the channel where it is largest [levels]; columns 0 and width -
-/// 1 are not written. Rows as of MaskedRays::Pack.
-void SobelRow(const std::uint32_t* above, const std::uint32_t* row, const std::uint32_t* below,
-              std::size_t width, std::uint16_t* magnitude);
-
-/// Rays start * cosine[i] + turn * sine[i] of the OPTICAL frame, and where a camera sees them.
-struct Arc {
-  float start[3];
-  float turn[3];
-  float up[3];  ///< a fixed direction
-};
-/// NaN where the camera does not see a ray. All arrays [count rounded up to 16].
-struct ArcPixels {
-  float* u_px;
-  float* v_px;
-  float* up_u;  ///< where the pixel moves when its ray turns towards `up`; any length
-  float* up_v;
-};
-void ProjectArc(const RadialTable& table, const Arc& arc, const float* cosine, const float* sine,
-                std::size_t count, const ArcPixels& out);
 
 /// A place for a window: its centre, the unit direction of its first axis, and of its second.
 struct WindowPlace {

@@ -161,15 +161,17 @@ PaperMatcher::Depth PaperMatcher::MatchPixel(const paper::WindowLevels& window,
   const auto place_of = [this](const CurveStep& step) {
     return Place(step.u_px, step.v_px, step.up_u, step.up_v, across_b_, pitch_b_);
   };
-  places_.clear();
-  place_steps_.clear();
+  // Without branches: whether a step is wanted is hard to foretell.
+  place_steps_.resize(steps.size());
+  std::size_t count = 0;
   for (std::size_t s = 0; s < steps.size(); ++s) {
     constexpr std::uint8_t kWanted = kRoom | kNearEdge;
-    if ((b_.at(steps[s].u_px, steps[s].v_px) & kWanted) != kWanted) continue;
-    places_.push_back(place_of(steps[s]));
-    place_steps_.push_back(s);
+    place_steps_[count] = s;
+    count += (b_.at(steps[s].u_px, steps[s].v_px) & kWanted) == kWanted ? 1U : 0U;
   }
-  if (places_.empty()) return kUnknown;
+  if (count == 0) return kUnknown;
+  places_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) places_[i] = place_of(steps[place_steps_[i]]);
   first_groups_.resize(places_.size());
   const paper::Found found =
       paper::Search(window, b_.picture, places_.data(), places_.size(), first_groups_.data());
