@@ -110,7 +110,7 @@ void JudgePaper(const std::string& condition, const std::vector<Pair>& pairs) {
     if (!matcher.Match(pair.view_a(), pair.view_b(), ranges)) std::abort();
     score.Add(pair, ranges, CpuSeconds() - start);
   }
-  score.Print(condition, "the paper's");
+  score.Print(condition, "kawara paper");
 }
 
 void Judge(const std::string& condition, const std::vector<Pair>& pairs, bool with_peers) {
