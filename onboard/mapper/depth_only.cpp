@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "onboard/mapper/pair_poses.hpp"
-#include "vision/stereo/pair_matcher.hpp"
 
 namespace kawara::mapper {
 namespace {
@@ -97,10 +96,7 @@ core::Expected<DepthResult> RunDepthOnly(const DepthOptions& options) {
   result.step_change_rad = poses.step_change_rad;
   result.warning = Unheeded(survey->cameras[static_cast<std::size_t>((*frame_a)->camera)]);
   if (result.warning.empty()) result.warning = poses.warning;
-  vision::PairMatcherOptions matching;
-  matching.nearest_m = options.nearest_m;
-  matching.px_per_rad = options.px_per_rad;
-  vision::PairMatcher matcher(matching);
+  StereoMatcher matcher(options.stereo);
   vision::RangeImage ranges;
   const auto start = std::chrono::steady_clock::now();
   const auto done = matcher.Match(a, b, ranges, poses.doubt);

@@ -4,6 +4,7 @@
 
 #include "core/expected.hpp"
 #include "onboard/mapper/range_files.hpp"
+#include "onboard/mapper/stereo_method.hpp"
 #include "onboard/survey/survey.hpp"
 
 namespace kawara::mapper {
@@ -13,9 +14,8 @@ struct DepthOptions {
   std::filesystem::path survey;
   std::string frame_a, frame_b;
   std::filesystem::path out = ".";
-  double nearest_m = 1.5;
-  double px_per_rad = 0.0;  ///< 0: the camera's own
-  bool refine = true;       ///< poses on the pictures about the two; false: as the survey says
+  StereoOptions stereo;
+  bool refine = true;  ///< poses on the pictures about the two; false: as the survey says
 };
 
 struct DepthResult {

@@ -11,6 +11,7 @@
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
+#include <string>
 #include <vector>
 
 #include "comms/lcm_bus.hpp"
@@ -224,13 +225,18 @@ int main(int argc, char** argv) {
          "--depth-only A_B.range.png (16 bits, mm, 0 unknown), A_B.sd.png (16 bits, 0.1 mm), "
          "both as .pfm (float metres, NaN unknown), and A_B.view.png for people")
       ->capture_default_str();
-  app.add_option("--nearest", depth.nearest_m, "nothing nearer is looked for [m]")
+  app.add_option("--nearest", depth.stereo.nearest_m, "nothing nearer is looked for [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.05, 100.0));
+  std::string method = "fast";
+  app.add_option("--method", method,
+                 "of stereo: fast, or paper: Meguro et al.'s, which measures colour edges only")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"fast", "paper"}));
   app.add_flag("--given-poses{false}", depth.refine,
                "take the poses as they are, without refining them on the pictures");
-  app.add_option("--px-per-rad", depth.px_per_rad,
-                 "resolution of the search; 0: as the first picture's own")
+  app.add_option("--px-per-rad", depth.stereo.px_per_rad,
+                 "resolution of the fast method's search; 0: as the first picture's own")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 2000.0));
   app.add_option("--baseline", model.pairs.baseline_m, "of the model's pairs, at least [m]")
@@ -259,6 +265,10 @@ int main(int argc, char** argv) {
     return Fail("survey is required: a folder, or --log FILE, or --live (kawara-mapper --help)", 2);
   }
   if (!frames.empty() && of_bus) return Fail("--depth-only works on survey folders", 2);
+  if (method == "paper") depth.stereo.method = kawara::mapper::StereoMethod::kPaper;
+  if (method == "paper" && depth.stereo.px_per_rad > 0.0) {
+    return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
+  }
   if (!frames.empty()) {
     depth.frame_a = frames[0];
     depth.frame_b = frames[1];
@@ -266,8 +276,7 @@ int main(int argc, char** argv) {
   }
   model.out = depth.out;
   model.pairs.refine = depth.refine;
-  model.builder.nearest_m = depth.nearest_m;
-  model.builder.px_per_rad = depth.px_per_rad;
+  model.builder.stereo = depth.stereo;
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
   return of_bus ? ModelOfBus(bus, model) : ModelOfSurvey(depth.survey, model);

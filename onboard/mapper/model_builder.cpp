@@ -39,7 +39,7 @@ ModelBuilder::ModelBuilder(const BuilderOptions& options, const Rig& rig,
       cameras_(&cameras),
       store_(std::move(store)),
       map_(std::move(map)),
-      matcher_({.px_per_rad = options.px_per_rad, .nearest_m = options.nearest_m}),
+      matcher_(options.stereo),
       first_stop_(map_.progress()),
       pairs_(map_.pictures()),
       last_stop_(map_.progress() == 0 ? 0 : map_.progress() - 1) {

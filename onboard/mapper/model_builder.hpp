@@ -4,15 +4,14 @@
 
 #include "onboard/mapper/model_store.hpp"
 #include "onboard/mapper/pair_maker.hpp"
+#include "onboard/mapper/stereo_method.hpp"
 #include "vision/jpeg.hpp"
-#include "vision/stereo/pair_matcher.hpp"
 #include "vision/voxel/voxel_map.hpp"
 
 namespace kawara::mapper {
 
 struct BuilderOptions {
-  double nearest_m = 1.5;
-  double px_per_rad = 0.0;  ///< of the search; 0: the camera's own
+  StereoOptions stereo;
   double voxel_m = 0.10;
   double reach_m = 8.0;  ///< ranges beyond are not voted
 };
@@ -75,7 +74,7 @@ class ModelBuilder {
   std::vector<vision::CameraRays> rays_;
   ModelStore store_;
   vision::VoxelMap map_;
-  vision::PairMatcher matcher_;
+  StereoMatcher matcher_;
   vision::JpegEncoder encoder_;
   std::vector<std::unique_ptr<Look>> looks_;
   vision::RangeImage ranges_;

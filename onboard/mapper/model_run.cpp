@@ -15,10 +15,11 @@ std::string TextOf(const ModelOptions& options) {
   char text[200];
   std::snprintf(text, sizeof text,
                 "baseline %.3f, step %.3f, poses %s, nearest %.2f, px-per-rad %.0f, voxel %.3f, "
-                "reach %.1f",
+                "reach %.1f, method %s",
                 options.pairs.baseline_m, options.pairs.step_m,
-                options.pairs.refine ? "refined" : "given", options.builder.nearest_m,
-                options.builder.px_per_rad, options.builder.voxel_m, options.builder.reach_m);
+                options.pairs.refine ? "refined" : "given", options.builder.stereo.nearest_m,
+                options.builder.stereo.px_per_rad, options.builder.voxel_m, options.builder.reach_m,
+                options.builder.stereo.method == StereoMethod::kPaper ? "paper" : "fast");
   return text;
 }
 

@@ -78,6 +78,20 @@ class MapperTest(unittest.TestCase):
             self.assertEqual(view.size, (512, 512))
         self.assertEqual(sorted(p.suffix for p in out.iterdir()), [".pfm", ".pfm", ".png", ".png", ".png"])
 
+    def test_ranges_by_the_papers_method(self):
+        out = self.folder / "paper"
+        run = mapper(self.survey, "--depth-only", "00001", "00002", "--method", "paper", "--given-poses", "--out", out)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with Image.open(self.survey / "range" / "00001.png") as picture:
+            truth = np.array(picture) / 1000.0
+        ranges, sd = read_pfm(out / "00001_00002.range.pfm"), read_pfm(out / "00001_00002.sd.pfm")
+        self.assertLess(np.isfinite(ranges).mean(), 0.2)  # edges only
+        self.assertTrue((np.isfinite(ranges) == np.isfinite(sd)).all())
+        # Of the houses' windows; the lines on the road run with the robot and could be anywhere.
+        sure = (truth > 6.0) & (truth < 20.0) & (sd < 0.1 * ranges)
+        self.assertGreater(sure.sum(), 1000)
+        self.assertLess(np.median(np.abs(ranges - truth)[sure] / truth[sure]), 0.05)
+
     def test_poses_with_noise_are_refined_on_the_pictures(self):
         noisy = self.folder / "noisy"
         shutil.copytree(self.survey, noisy)
@@ -201,6 +215,8 @@ class MapperTest(unittest.TestCase):
                 ((self.survey, "--depth-only", "00001", "00001"), 2, "same place"),
                 ((self.survey, "--depth-only", "00001"), 2, "depth-only"),
                 ((), 2, "survey is required"),
+                ((self.survey, "--method", "best"), 2, "--method: best not in {fast,paper}"),
+                ((self.survey, "--method", "paper", "--px-per-rad", "100"), 2, "--px-per-rad is of the fast method"),
                 ((self.survey, "--baseline", "50"), 1, "no two frames"),
                 ((self.survey, "--voxel", "0"), 2, "--voxel"),
                 ((bad, "--depth-only", "00001", "00002"), 1, "camera.yaml:"),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct Taken {
 /// m, 25 deg or more from the baseline, seen by both cameras (of several others: by any of them);
 /// std of the errors within 10 % of the range, NMAD of all, outliers beyond 10 %, density.
 struct Score {
+  std::function<bool(std::size_t pixel)> judged;  ///< if set, only pixels for which it is true
+
   double wanted = 0, known = 0, near = 0, sum = 0, square = 0, honest = 0, cpu_s = 0, runs = 0;
   double vehicle_wanted = 0, vehicle_known = 0, vehicle_out = 0;
   std::vector<float> errors;
@@ -54,6 +57,7 @@ struct Score {
         const std::size_t i = ranges.index(u, v);
         const double truth = static_cast<double>(a.frame->range_m[i]);
         if (!(truth >= 2.0 && truth <= 6.0)) continue;
+        if (judged && !judged(i)) continue;
         const Eigen::Vector3d ray = *model.Unproject({u, v});
         if (std::abs((a.pose.linear() * ray).dot(baseline)) > std::cos(25 * core::kRadFromDeg))
           continue;

@@ -20,6 +20,7 @@
 #include "tests/bench/stereo/rendered_pair.hpp"
 #include "tests/bench/stereo/score.hpp"
 #include "vision/stereo/pair_matcher.hpp"
+#include "vision/stereo/paper_matcher.hpp"
 #include "vision/stereo/range_kernel.hpp"
 
 namespace kawara::vision {
@@ -98,6 +99,20 @@ cv::Ptr<cv::StereoMatcher> Bm(int disparities) {
   return matcher;
 }
 
+/// Density is of the candidates: the paper's method measures colour edges only.
+void JudgePaper(const std::string& condition, const std::vector<Pair>& pairs) {
+  PaperMatcher matcher({});
+  Score score;
+  score.judged = [&](std::size_t pixel) { return matcher.candidate(pixel); };
+  for (const Pair& pair : pairs) {
+    RangeImage ranges;
+    const double start = CpuSeconds();
+    if (!matcher.Match(pair.view_a(), pair.view_b(), ranges)) std::abort();
+    score.Add(pair, ranges, CpuSeconds() - start);
+  }
+  score.Print(condition, "kawara paper");
+}
+
 void Judge(const std::string& condition, const std::vector<Pair>& pairs, bool with_peers) {
   PairMatcher matcher({});
   Score ours;
@@ -113,6 +128,7 @@ void Judge(const std::string& condition, const std::vector<Pair>& pairs, bool wi
   }
   ours.Print(condition, "kawara fast");
   if (!with_peers) return;
+  JudgePaper(condition, pairs);
   const Peer peers[] = {
       {"StereoSGBM colour", true, [](int d) { return Sgbm(d, 3, cv::StereoSGBM::MODE_SGBM); }},
       {"StereoSGBM 3-way grey", false,
