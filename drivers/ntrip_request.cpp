@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
+
+#include "core/base64.hpp"
 
 namespace kawara::drivers {
 namespace {
@@ -49,24 +52,6 @@ int GgaQuality(core::RtkState rtk) {
 
 }  // namespace
 
-std::string Base64(std::string_view bytes) {
-  constexpr std::string_view kAlphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = (group << 8) | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= n ? kAlphabet[(group >> (18 - 6 * k)) & 0x3FU] : '=';
-    }
-  }
-  return text;
-}
-
 core::Expected<std::string> MakeNtripRequest(const NtripRequest& r) {
   using core::ErrorCode;
   if (r.host.empty()) return core::Fail(ErrorCode::kInvalidArgument, "ntrip: no host given");
@@ -99,7 +84,9 @@ core::Expected<std::string> MakeNtripRequest(const NtripRequest& r) {
   }
   text.append("User-Agent: ").append(kUserAgent).append("\r\n");
   if (!r.user.empty()) {
-    text.append("Authorization: Basic ").append(Base64(r.user + ":" + r.password)).append("\r\n");
+    text.append("Authorization: Basic ")
+        .append(core::Base64(r.user + ":" + r.password))
+        .append("\r\n");
   }
   if (v2 && !r.gga.empty()) text.append("Ntrip-GGA: ").append(r.gga).append("\r\n");
   if (v2) text.append("Connection: close\r\n");

@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "core/expected.hpp"
 #include "core/measurements.hpp"
@@ -28,9 +27,6 @@ struct NtripRequest {
 /// where they would break the request apart, a colon in the user's name, a version that does not
 /// exist.
 core::Expected<std::string> MakeNtripRequest(const NtripRequest& request);
-
-/// RFC 4648 with padding.
-std::string Base64(std::string_view bytes);
 
 /// $GPGGA of a fix, with checksum, without CR LF, as casters want it for a network solution: height
 /// above the geoid if the separation is known, else ellipsoidal height and no separation. Empty if

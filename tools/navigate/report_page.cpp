@@ -5,30 +5,11 @@
 #include <cmath>
 #include <functional>
 
+#include "core/html.hpp"
 #include "tools/navigate/decimal_time.hpp"
 
 namespace kawara::navigate {
 namespace {
-
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
 
 /// With so many digits behind the point and no zeros that say nothing; null if it is no number.
 void AppendNumber(std::string& out, double value, int digits) {
@@ -145,11 +126,11 @@ std::string ReportPage(const PlotData& plot, const std::vector<TimeWindow>& blan
   std::string page =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      Escaped(title) + "</title>\n<style>" + kReportStyle + "</style></head><body>\n<h1>" +
-      Escaped(title) +
+      core::HtmlEscaped(title) + "</title>\n<style>" + kReportStyle +
+      "</style></head><body>\n<h1>" + core::HtmlEscaped(title) +
       "</h1>\n<div id=\"legend\"></div>\n<div id=\"page\"><div><div "
       "id=\"plan\"></div><h2>Summary</h2>\n<pre>" +
-      Escaped(summary) +
+      core::HtmlEscaped(summary) +
       "</pre></div><div id=\"panels\"></div></div>\n<script>\n\"use strict\";\nconst D = "
       "{\n\"t0\":";
   AppendNumber(page, t0, 0);

@@ -123,20 +123,6 @@ TEST(NtripRequest, NothingThatBreaksTheRequestApart) {
   EXPECT_TRUE(with([](auto& r) { r.password = "two words"; }));
 }
 
-TEST(Base64, VectorsOfRfc4648) {
-  for (const auto& [plain, coded] :
-       std::initializer_list<std::pair<const char*, const char*>>{{"", ""},
-                                                                  {"f", "Zg=="},
-                                                                  {"fo", "Zm8="},
-                                                                  {"foo", "Zm9v"},
-                                                                  {"foob", "Zm9vYg=="},
-                                                                  {"fooba", "Zm9vYmE="},
-                                                                  {"foobar", "Zm9vYmFy"},
-                                                                  {"\xFF\xFE\xFD", "//79"}}) {
-    EXPECT_EQ(Base64(plain), coded);
-  }
-}
-
 core::GnssFix Fix(double lat_deg, double lon_deg) {
   core::GnssFix fix;
   fix.has_position = true;
