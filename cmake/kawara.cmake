@@ -33,12 +33,21 @@ if(KAWARA_FUZZ)
 endif()
 
 # OpenCV's own CMake package sits in libopencv-dev, which pulls in 300 MB we do not use; three libraries suffice.
+# imgcodecs brings GDAL and a hundred libraries more into a program, and 50 MB of its memory: what runs on the robot takes
+# kawara::opencv_imgproc, and reads and writes pictures with vision/jpeg.hpp and vision/png.hpp.
+add_library(kawara_opencv_imgproc INTERFACE)
 add_library(kawara_opencv INTERFACE)
+target_link_libraries(kawara_opencv INTERFACE kawara_opencv_imgproc)
 foreach(part core imgproc imgcodecs)
   find_library(OPENCV_${part} opencv_${part} REQUIRED)
-  target_link_libraries(kawara_opencv INTERFACE ${OPENCV_${part}})
+  if(part STREQUAL "imgcodecs")
+    target_link_libraries(kawara_opencv INTERFACE ${OPENCV_${part}})
+  else()
+    target_link_libraries(kawara_opencv_imgproc INTERFACE ${OPENCV_${part}})
+  endif()
 endforeach()
-target_include_directories(kawara_opencv SYSTEM INTERFACE /usr/include/opencv4)
+target_include_directories(kawara_opencv_imgproc SYSTEM INTERFACE /usr/include/opencv4)
+add_library(kawara::opencv_imgproc ALIAS kawara_opencv_imgproc)
 add_library(kawara::opencv ALIAS kawara_opencv)
 
 # Sanitizer builds compile everything once more; with what nearly every file reads compiled once, that costs half.

@@ -26,12 +26,19 @@ core::Expected<void> WriteAndSync(int fd, std::string_view bytes,
   return {};
 }
 
+std::filesystem::path FolderOf(const std::filesystem::path& path) {
+  return path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
+}
+
+std::filesystem::path FreshNameOf(const std::filesystem::path& path) {
+  return FolderOf(path) / ("." + path.filename().string() + ".tmp");
+}
+
 }  // namespace
 
 core::Expected<void> WriteWholeFile(const std::filesystem::path& path, std::string_view bytes) {
-  const std::filesystem::path folder =
-      path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
-  const std::filesystem::path fresh = folder / ("." + path.filename().string() + ".tmp");
+  const std::filesystem::path folder = FolderOf(path);
+  const std::filesystem::path fresh = FreshNameOf(path);
   const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd < 0) return Errno("create", fresh);
   auto written = WriteAndSync(fd, bytes, fresh);
@@ -46,6 +53,25 @@ core::Expected<void> WriteWholeFile(const std::filesystem::path& path, std::stri
     (void)::fsync(folder_fd);  // not every file system can; the file itself is on the disk
     ::close(folder_fd);
   }
+  return {};
+}
+
+core::Expected<void> CheckWritable(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!path.has_filename() || std::filesystem::is_directory(path, error)) {
+    return core::Fail(core::ErrorCode::kInvalidArgument,
+                      "write " + path.string() + ": that is a folder, expected a file's name");
+  }
+  std::filesystem::create_directories(FolderOf(path), error);
+  if (error) {
+    return tl::unexpected(
+        core::ErrnoError("make folder " + FolderOf(path).string(), error.value()));
+  }
+  const std::filesystem::path fresh = FreshNameOf(path);
+  const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (fd < 0) return Errno("write", path);
+  ::close(fd);
+  ::unlink(fresh.c_str());
   return {};
 }
 

@@ -32,6 +32,7 @@ core::Expected<std::unique_ptr<BusSource>> BusSource::Open(std::unique_ptr<comms
                                                            const BusSourceOptions& options) {
   std::unique_ptr<BusSource> source(new BusSource(std::move(bus), options));
   if (auto done = source->Listen(); !done) return tl::unexpected(done.error());
+  if (options.live) options.say("waits for pictures on channel PHASE1");
   while (source->waiting_.empty()) {
     if (source->bus_->AtEnd()) {
       return core::Fail(core::ErrorCode::kFormat,

@@ -41,8 +41,7 @@ class BusSource : public FrameSource {
 
   const Rig& rig() const override { return rig_; }
   core::Expected<std::optional<Stop>> Next() override;
-  /// Pictures that were not used because the mapper was late.
-  std::uint64_t dropped() const { return dropped_; }
+  std::uint64_t left_out() const override { return dropped_; }
   const std::string& robot() const { return robot_; }
 
  private:

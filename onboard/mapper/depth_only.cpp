@@ -13,11 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string NameOf(const survey::Survey& survey, const survey::SurveyFrame& frame) {
-  const std::string& camera = survey.cameras[static_cast<std::size_t>(frame.camera)].name;
-  return survey.cameras.size() > 1 && !camera.empty() ? camera + "/" + frame.name : frame.name;
-}
-
 double Median(std::vector<float> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -41,19 +36,19 @@ core::Expected<const survey::SurveyFrame*> FindFrame(const survey::Survey& surve
                                                      const std::string& name) {
   const survey::SurveyFrame* found = nullptr;
   for (const auto& frame : survey.frames) {
-    const std::string full = NameOf(survey, frame);
+    const std::string full = survey::FullNameOf(survey, frame);
     const bool fits = name == full || name == frame.name || name == frame.file.filename().string();
     if (!fits) continue;
     if (found != nullptr) {
       return core::Fail(core::ErrorCode::kInvalidArgument,
                         "frame '" + name + "' is the name of several pictures: say which, as '" +
-                            NameOf(survey, *found) + "' or '" + full + "'");
+                            survey::FullNameOf(survey, *found) + "' or '" + full + "'");
     }
     found = &frame;
   }
   if (found != nullptr) return found;
-  std::string names = NameOf(survey, survey.frames.front());
-  if (survey.frames.size() > 1) names += " ... " + NameOf(survey, survey.frames.back());
+  std::string names = survey::FullNameOf(survey, survey.frames.front());
+  if (survey.frames.size() > 1) names += " ... " + survey::FullNameOf(survey, survey.frames.back());
   return core::Fail(core::ErrorCode::kNotFound,
                     "no frame '" + name + "' with a pose in the survey; there are " +
                         std::to_string(survey.frames.size()) + ": " + names);
@@ -129,7 +124,8 @@ core::Expected<DepthResult> RunDepthOnly(const DepthOptions& options) {
     return core::Fail(core::ErrorCode::kIo,
                       "make folder " + options.out.string() + ": " + error.message());
   }
-  std::string name = NameOf(*survey, **frame_a) + "_" + NameOf(*survey, **frame_b);
+  std::string name =
+      survey::FullNameOf(*survey, **frame_a) + "_" + survey::FullNameOf(*survey, **frame_b);
   std::replace(name.begin(), name.end(), '/', '-');
   auto files = WriteRangeFiles(ranges, options.out, name);
   if (!files) return tl::unexpected(files.error());

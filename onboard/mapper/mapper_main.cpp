@@ -2,23 +2,24 @@
 #include <malloc.h>
 #include <sched.h>
 #include <sys/syscall.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "comms/lcm_bus.hpp"
 #include "comms/log_bus.hpp"
 #include "onboard/mapper/bus_source.hpp"
 #include "onboard/mapper/depth_only.hpp"
+#include "onboard/mapper/model_report.hpp"
 #include "onboard/mapper/model_run.hpp"
+#include "onboard/mapper/progress_line.hpp"
 #include "onboard/mapper/survey_source.hpp"
 
 namespace {
@@ -54,46 +55,29 @@ int DepthOnly(const kawara::mapper::DepthOptions& options) {
   return 0;
 }
 
-/// A line that is drawn over itself on a terminal; elsewhere one now and then.
-class ProgressLine {
- public:
-  void Show(std::uint64_t stops, std::uint64_t all, std::uint64_t pairs) {
-    const bool terminal = isatty(STDERR_FILENO) != 0;
-    const auto now = std::chrono::steady_clock::now();
-    if (first_ == 0) first_ = stops;
-    const bool last = all > 0 && stops == all;
-    if (now - shown_ < std::chrono::milliseconds(terminal ? 100 : 10000) && !last) return;
-    shown_ = now;
-    const double seconds = std::chrono::duration<double>(now - start_).count();
-    const double rate = static_cast<double>(stops - first_ + 1) / std::max(1e-3, seconds);
-    std::fprintf(stderr, "%skawara-mapper: %" PRIu64 " pairs", terminal ? "\r" : "", pairs);
-    if (all > 0) {
-      std::fprintf(stderr, ", stop %" PRIu64 " of %" PRIu64 ", %.1f a second, %.0f s left ", stops,
-                   all, rate, static_cast<double>(all - std::min(all, stops)) / rate);
-    }
-    open_ = terminal;
-    if (!terminal) std::fputc('\n', stderr);
-  }
-  /// Other lines may come.
-  void End() {
-    if (open_) std::fputc('\n', stderr);
-    open_ = false;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::chrono::steady_clock::time_point shown_ = start_ - std::chrono::seconds(60);
-  std::uint64_t first_ = 0;
-  bool open_ = false;
-};
-
 std::atomic<bool> stop_asked = false;
 
 void OnSignal(int) { stop_asked = true; }
 
+/// What a model is made with, and what is wanted beside it.
+struct ModelWishes {
+  kawara::mapper::ModelOptions options;
+  std::string report;  ///< file; empty: none
+};
+
+using Report = std::optional<kawara::mapper::ModelReport>;
+
+/// Refuses before the work, not after it. Empty: there is none, and none is wanted.
+kawara::core::Expected<Report> OpenReport(const ModelWishes& wishes, const std::string& truth) {
+  if (wishes.report.empty()) return Report();
+  auto report = kawara::mapper::ModelReport::Open(wishes.report, truth);
+  if (!report) return tl::unexpected(report.error());
+  return Report(std::move(*report));
+}
+
 int Model(kawara::mapper::FrameSource& source, const std::string& name, bool live,
-          const kawara::mapper::ModelOptions& options) {
-  ProgressLine line;
+          const kawara::mapper::ModelOptions& options, Report report) {
+  kawara::mapper::ProgressLine line;
   kawara::mapper::ModelHooks hooks;
   hooks.progress = [&](std::uint64_t stops, std::uint64_t all, std::uint64_t pairs) {
     line.Show(stops, all, pairs);
@@ -101,12 +85,21 @@ int Model(kawara::mapper::FrameSource& source, const std::string& name, bool liv
   hooks.say = [&](const std::string& text) {
     line.End();
     std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
+    if (report) report->Say(text);
   };
+  if (report) {
+    hooks.measured = [&](const kawara::mapper::PicturePair& pair, const auto& camera,
+                         const auto& ranges) { report->Measured(pair, camera, ranges); };
+  }
   // A live source ends when it is asked to, and the model is then finished.
   if (!live) hooks.stop = &stop_asked;
   const auto result = kawara::mapper::RunModel(options, source, name, hooks);
   line.End();
   if (!result) return Fail(result.error().message, StatusOf(result.error().code));
+  if (source.left_out() > 0) {
+    hooks.say("warning: " + std::to_string(source.left_out()) +
+              " pictures were left out: the mapper was late");
+  }
   if (result->interrupted) {
     return Fail("interrupted after " + std::to_string(result->pairs) +
                     " pairs: the same command goes on from here",
@@ -115,7 +108,9 @@ int Model(kawara::mapper::FrameSource& source, const std::string& name, bool liv
   if (!result->rig.empty()) std::printf("kawara-mapper: %s\n", result->rig.c_str());
   std::printf("kawara-mapper: %" PRIu64 " pairs in %.1f s; %zu tiles, %" PRIu64 " faces; %s\n",
               result->pairs, result->seconds, result->tiles, result->faces, result->vrml.c_str());
-  return 0;
+  if (!report) return 0;
+  const auto written = report->Write(options, *result, source.rig(), name);
+  return written ? 0 : Fail(written.error().message, 1);
 }
 
 std::string FullName(const std::string& path) {
@@ -124,16 +119,19 @@ std::string FullName(const std::string& path) {
   return error ? path : full;
 }
 
-int ModelOfSurvey(const std::string& folder, const kawara::mapper::ModelOptions& options) {
+int ModelOfSurvey(const std::string& folder, const ModelWishes& wishes) {
   auto survey = kawara::survey::OpenSurvey(folder);
   if (!survey) return Fail(survey.error().message, StatusOf(survey.error().code));
+  auto report = OpenReport(wishes, folder);
+  if (!report) return Fail(report.error().message, StatusOf(report.error().code));
   const std::string name = FullName(folder) + " (" + kawara::mapper::FingerprintOf(folder) + ")";
   kawara::mapper::SurveySource source(std::move(*survey));
-  return Model(source, name, false, options);
+  return Model(source, name, false, wishes.options, std::move(*report));
 }
 
 struct BusArguments {
   bool live = false;
+  bool normal_priority = false;
   std::string url, robot;
   std::vector<std::string> logs;
 };
@@ -153,7 +151,8 @@ kawara::core::Expected<std::unique_ptr<kawara::comms::Bus>> OpenBus(const BusArg
   return std::move(*bus);
 }
 
-/// The robot's real-time side comes first: this process runs when nobody else wants to.
+/// The robot's real-time side comes first: this thread, and all that it starts from now on, run
+/// when nobody else wants to.
 void GiveWay() {
   const sched_param none{};
   (void)sched_setscheduler(0, SCHED_IDLE, &none);    // refused: harmless
@@ -161,11 +160,12 @@ void GiveWay() {
   (void)syscall(SYS_ioprio_set, kProcess, 0, kIdleClass);
 }
 
-int ModelOfBus(const BusArguments& args, const kawara::mapper::ModelOptions& options) {
-  if (args.live) GiveWay();
+int ModelOfBus(const BusArguments& args, const ModelWishes& wishes) {
+  const kawara::mapper::ModelOptions& options = wishes.options;
+  auto report = OpenReport(wishes, "");
+  if (!report) return Fail(report.error().message, StatusOf(report.error().code));
   auto bus = OpenBus(args);
   if (!bus) return Fail(bus.error().message, StatusOf(bus.error().code));
-  if (args.live) std::fprintf(stderr, "kawara-mapper: waits for pictures on channel PHASE1\n");
   auto source = kawara::mapper::BusSource::Open(
       std::move(*bus),
       {.live = args.live,
@@ -177,14 +177,11 @@ int ModelOfBus(const BusArguments& args, const kawara::mapper::ModelOptions& opt
          std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
        }});
   if (!source) return Fail(source.error().message, StatusOf(source.error().code));
+  // Not before: what listens to the bus costs little, and what it fetches too late is lost.
+  if (args.live && !args.normal_priority) GiveWay();
   const std::string name =
       args.live ? "robot '" + (*source)->robot() + "' on the bus" : FullName(args.logs.front());
-  const int status = Model(**source, name, args.live, options);
-  if ((*source)->dropped() > 0) {
-    std::fprintf(stderr, "kawara-mapper: %" PRIu64 " pictures were left out: it was late\n",
-                 (*source)->dropped());
-  }
-  return status;
+  return Model(**source, name, args.live, options, std::move(*report));
 }
 
 }  // namespace
@@ -199,7 +196,8 @@ int main(int argc, char** argv) {
       "LAS "
       "points; or, of two of its frames, the distance image."};
   kawara::mapper::DepthOptions depth;
-  kawara::mapper::ModelOptions model;
+  ModelWishes wishes;
+  kawara::mapper::ModelOptions& model = wishes.options;
   std::vector<std::string> frames;
   BusArguments bus;
   auto* survey =
@@ -209,11 +207,18 @@ int main(int argc, char** argv) {
                      "LCM log instead, of kawara-onboard or of the base: its PHASE1 pictures")
           ->excludes(survey);
   auto* live = app.add_flag("--live", bus.live,
-                            "take the PHASE1 pictures from the bus as they come, at idle priority, "
-                            "until SIGINT or SIGTERM")
+                            "take the PHASE1 pictures from the bus as they come, until SIGINT or "
+                            "SIGTERM")
                    ->excludes(survey)
                    ->excludes(log);
   app.add_option("--bus", bus.url, "LCM URL of --live; else LCM_DEFAULT_URL")->needs(live);
+  std::string priority = "idle";
+  app.add_option("--priority", priority,
+                 "of --live: idle, so that the robot's real-time side never waits for it, or "
+                 "normal, as on a base station")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"idle", "normal"}))
+      ->needs(live);
   app.add_option("--robot", bus.robot, "with --log or --live: of several robots, this one");
   app.add_option("--depth-only", frames,
                  "two frames by name: only the distance image of the first, in its own pixels")
@@ -225,6 +230,10 @@ int main(int argc, char** argv) {
          "--depth-only A_B.range.png (16 bits, mm, 0 unknown), A_B.sd.png (16 bits, 0.1 mm), "
          "both as .pfm (float metres, NaN unknown), and A_B.view.png for people")
       ->capture_default_str();
+  app.add_option("--report", wishes.report,
+                 "file for a page of HTML about the model: figures, distance images, views, and "
+                 "the accuracy where the survey has true ranges (range/)")
+      ->type_name("FILE");
   app.add_option("--nearest", depth.stereo.nearest_m, "nothing nearer is looked for [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.05, 100.0));
@@ -265,6 +274,10 @@ int main(int argc, char** argv) {
     return Fail("survey is required: a folder, or --log FILE, or --live (kawara-mapper --help)", 2);
   }
   if (!frames.empty() && of_bus) return Fail("--depth-only works on survey folders", 2);
+  if (!frames.empty() && !wishes.report.empty()) {
+    return Fail("--report is of a model: leave --depth-only out", 2);
+  }
+  bus.normal_priority = priority == "normal";
   if (method == "paper") depth.stereo.method = kawara::mapper::StereoMethod::kPaper;
   if (method == "paper" && depth.stereo.px_per_rad > 0.0) {
     return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
@@ -279,5 +292,5 @@ int main(int argc, char** argv) {
   model.builder.stereo = depth.stereo;
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
-  return of_bus ? ModelOfBus(bus, model) : ModelOfSurvey(depth.survey, model);
+  return of_bus ? ModelOfBus(bus, wishes) : ModelOfSurvey(depth.survey, wishes);
 }

@@ -14,7 +14,10 @@ namespace {
 /// cm.
 constexpr vision::OccupancyRule kSurfaceRule{.min_hits = 5, .min_weight = 1.0 / (0.05 * 0.05)};
 /// Metres between pictures that textures are taken from.
-constexpr double kLookStep = 1.5;
+constexpr double kLookStep = 2.0;
+/// A tile's texture comes from the picture nearest to it and those up to so much farther away: what
+/// they show of it, no other shows better, unless it is hidden from them all.
+constexpr double kLooksBeyond = 4.0;
 /// A tile is finished when it is this much farther away than ranges reach.
 constexpr double kFinishMargin = 1.0;
 /// Pairs that a kill costs at most.
@@ -43,7 +46,10 @@ ModelBuilder::ModelBuilder(const BuilderOptions& options, const Rig& rig,
       first_stop_(map_.progress()),
       pairs_(map_.pictures()),
       last_stop_(map_.progress() == 0 ? 0 : map_.progress() - 1) {
-  for (const auto& camera : rig.cameras) rays_.emplace_back(*camera.model);
+  for (const auto& camera : cameras) {
+    const vision::MaskedRays& rays = camera->rays();
+    rays_.emplace_back(camera->model(), vision::RayTables{rays.x(), rays.y(), rays.z()});
+  }
 }
 
 double ModelBuilder::out_of_reach_m() const { return options_.reach_m + kFinishMargin; }
@@ -53,10 +59,12 @@ double ModelBuilder::keep_m() const { return out_of_reach_m() + 2.0 * map_.tile_
 
 core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
   if (pair.stop < first_stop_) {
-    if (std::ranges::find(store_.manifest().looks, pair.stop) != store_.manifest().looks.end()) {
+    const auto& looks = store_.manifest().looks;
+    const bool wanted = std::ranges::find(looks, pair.stop) != looks.end();
+    if (wanted || measured_) {
       if (auto done = Match(pair); !done) return done;
-      AddLook(pair);
     }
+    if (wanted) AddLook(pair);
     return {};
   }
   const Eigen::Vector3d here = pair.map_from_a.translation();
@@ -78,8 +86,7 @@ core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
   if (auto done = map_.Vote(view); !done) return done;
   if (auto done = map_.Examine(view); !done) return done;
   const auto same_place = [&](const std::unique_ptr<Look>& look) {
-    return look->camera == pair.camera &&
-           (look->map_from_camera.translation() - here).norm() < kLookStep;
+    return look->camera == pair.camera && (look->place() - here).norm() < kLookStep;
   };
   if (std::ranges::none_of(looks_, same_place)) {
     AddLook(pair);
@@ -92,14 +99,16 @@ core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
 
 core::Expected<void> ModelBuilder::Match(const PicturePair& pair) {
   const vision::StereoCamera& camera = *(*cameras_)[pair.camera];
-  return matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a},
-                        {&camera, pair.picture_b->view(), pair.map_from_b}, ranges_, pair.doubt);
+  auto done =
+      matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a},
+                     {&camera, pair.picture_b->view(), pair.map_from_b}, ranges_, pair.doubt);
+  if (done && measured_) measured_(pair, camera, ranges_);
+  return done;
 }
 
 void ModelBuilder::AddLook(const PicturePair& pair) {
-  looks_.push_back(std::make_unique<Look>(
-      Look{pair.stop, pair.camera, pair.picture_a, ranges_, pair.map_from_a}));
-  looks_.back()->ranges.sd_m = {};  // half the memory; texture does without
+  looks_.push_back(std::make_unique<Look>(Look{
+      pair.stop, pair.camera, pair.picture_a, vision::RangesForTexture(ranges_), pair.map_from_a}));
 }
 
 std::uint64_t ModelBuilder::first_look() const {
@@ -148,19 +157,40 @@ core::Expected<void> ModelBuilder::FinishTiles(const Eigen::Vector3d& here) {
     if (auto done = FinishTile(tile); !done) return done;
   }
   if (auto done = map_.SpillBeyond(here, keep_m()); !done) return done;
-  const double farthest = out_of_reach_m() + std::sqrt(2.0) * map_.tile_m() + options_.reach_m;
-  std::erase_if(looks_, [&](const std::unique_ptr<Look>& look) {
-    return (look->map_from_camera.translation() - here).norm() > farthest;
-  });
+  ForgetLooks(here);
   return {};
+}
+
+double ModelBuilder::LooksWithin(const vision::TileIndex& tile) const {
+  double nearest = options_.reach_m;
+  for (const auto& look : looks_) nearest = std::min(nearest, Distance(tile, look->place()));
+  return std::min(options_.reach_m, nearest + kLooksBeyond);
+}
+
+// Those that no tile wants that is or may yet be voted for.
+void ModelBuilder::ForgetLooks(const Eigen::Vector3d& here) {
+  std::vector<bool> wanted;
+  for (const auto& look : looks_) {
+    wanted.push_back((look->place() - here).norm() <= options_.reach_m);
+  }
+  for (const vision::TileIndex& tile : map_.Tiles()) {
+    if (!map_.IsResident(tile) || Distance(tile, here) > out_of_reach_m()) continue;
+    const double within = LooksWithin(tile);
+    for (std::size_t i = 0; i < looks_.size(); ++i) {
+      if (Distance(tile, looks_[i]->place()) <= within) wanted[i] = true;
+    }
+  }
+  std::size_t i = 0;
+  std::erase_if(looks_, [&](const std::unique_ptr<Look>&) { return !wanted[i++]; });
 }
 
 core::Expected<void> ModelBuilder::FinishTile(const vision::TileIndex& tile) {
   vision::Surface surface = vision::BuildSurface(map_, tile, kSurfaceRule);
   if (!surface.quads.empty()) {
     std::vector<vision::TextureView> views;
+    const double within = LooksWithin(tile);
     for (const auto& look : looks_) {
-      if (Distance(tile, look->map_from_camera.translation()) > options_.reach_m) continue;
+      if (Distance(tile, look->place()) > within) continue;
       views.push_back({.camera = *rig_->cameras[look->camera].model,
                        .picture = look->picture->view(),
                        .ranges = &look->ranges,
@@ -186,7 +216,7 @@ core::Expected<void> ModelBuilder::Commit(std::uint64_t stops_of_source) {
   // Tiles first: what the voxel file calls done must be in the folder.
   std::vector<std::uint64_t> looks;
   for (const auto& look : looks_) looks.push_back(look->stop);
-  const auto written = store_.WriteIndex(last_stop_ + 1, pairs_, stops_of_source, std::move(looks));
+  auto written = store_.WriteIndex(last_stop_ + 1, pairs_, stops_of_source, std::move(looks));
   if (!written) return written;
   since_commit_ = 0;
   tiles_written_ = false;

@@ -1,5 +1,7 @@
 #pragma once
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "onboard/mapper/model_store.hpp"
@@ -15,6 +17,11 @@ struct BuilderOptions {
   double voxel_m = 0.10;
   double reach_m = 8.0;  ///< ranges beyond are not voted
 };
+
+/// A distance image as it is made: `ranges` are of pair.picture_a, by `camera`, and gone after the
+/// call.
+using Measured = std::function<void(const PicturePair& pair, const vision::StereoCamera& camera,
+                                    const vision::RangeImage& ranges)>;
 
 /// Pairs of pictures to a model on disk, tile by tile (the paper's section 4): distance image,
 /// votes, and, once the drive is out of reach of a tile, its surface and texture. Tiles left behind
@@ -34,6 +41,9 @@ class ModelBuilder {
   /// Damaged places of the voxel file that were left out.
   std::uint64_t damaged_records() const { return map_.damaged_records(); }
 
+  /// From now on told of every distance image; then those of pairs before first_stop() are made
+  /// too.
+  void OnMeasured(Measured measured) { measured_ = std::move(measured); }
   /// Pairs before first_stop() give pictures for textures only.
   core::Expected<void> Add(const PicturePair& pair);
   /// What there is, durable: to be gone on with.
@@ -52,6 +62,7 @@ class ModelBuilder {
     SharedPicture picture;
     vision::RangeImage ranges;
     Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d place() const { return map_from_camera.translation(); }
   };
 
   ModelBuilder(const BuilderOptions& options, const Rig& rig,
@@ -64,6 +75,9 @@ class ModelBuilder {
   core::Expected<void> FinishTiles(const Eigen::Vector3d& here);
   core::Expected<void> FinishTile(const vision::TileIndex& tile);
   core::Expected<void> Commit(std::uint64_t stops_of_source);
+  void ForgetLooks(const Eigen::Vector3d& here);
+  /// How far from a tile pictures for its texture are looked for.
+  double LooksWithin(const vision::TileIndex& tile) const;
   double Distance(const vision::TileIndex& tile, const Eigen::Vector3d& from) const;
   double out_of_reach_m() const;
   double keep_m() const;
@@ -75,6 +89,7 @@ class ModelBuilder {
   ModelStore store_;
   vision::VoxelMap map_;
   StereoMatcher matcher_;
+  Measured measured_;
   vision::JpegEncoder encoder_;
   std::vector<std::unique_ptr<Look>> looks_;
   vision::RangeImage ranges_;

@@ -48,8 +48,10 @@ core::Expected<void> MakePairs(FrameSource& source, PairMaker& maker, PairQueue&
       if (!queue.Push(std::move(pair))) return {};
     }
   }
-  for (PicturePair& pair : maker.Finish()) {
-    if (!queue.Push(std::move(pair))) return {};
+  for (auto rest = maker.Finish(); !rest.empty(); rest = maker.Finish()) {
+    for (PicturePair& pair : rest) {
+      if (!queue.Push(std::move(pair))) return {};
+    }
   }
   return {};
 }
@@ -96,17 +98,20 @@ core::Expected<ModelResult> RunModel(const ModelOptions& options, FrameSource& s
               builder->store().voxels().string() + " were left out; --fresh makes all anew");
   }
   const std::uint64_t known = builder->store().manifest().stops_of_source;
-  if (known > 0 && known == source.total()) {
+  const bool complete = known > 0 && known == source.total();
+  if (complete) {
     hooks.say("the model in " + options.out.string() +
-              " is complete: nothing to do; --fresh makes it anew");
-    return ResultOf(*builder, start);
-  }
-  if (builder->first_stop() > 0) {
+              " is complete: " + (hooks.measured ? "only the report is made" : "nothing to do") +
+              "; --fresh makes it anew");
+    if (!hooks.measured) return ResultOf(*builder, start);
+  } else if (builder->first_stop() > 0) {
     hooks.say("goes on with stop " + std::to_string(builder->first_stop() + 1) +
               " of the model in " + options.out.string());
   }
 
-  PairMaker maker(options.pairs, source.rig(), cameras, builder->first_look());
+  if (hooks.measured) builder->OnMeasured(hooks.measured);
+  const std::uint64_t from_stop = hooks.measured ? 0 : builder->first_look();
+  PairMaker maker(options.pairs, source.rig(), cameras, from_stop);
   PairQueue queue;
   core::Expected<void> made;
   std::thread reader([&] {
@@ -119,7 +124,7 @@ core::Expected<ModelResult> RunModel(const ModelOptions& options, FrameSource& s
   reader.join();
   // What is done stays done, whatever went wrong.
   const bool whole = consumed && made && !result.interrupted;
-  if (builder->pairs() > 0) {
+  if (builder->pairs() > 0 && !complete) {
     const auto ended = whole ? builder->Finish(source.total()) : builder->Pause();
     if (consumed && made && !ended) return tl::unexpected(ended.error());
   }

@@ -25,6 +25,9 @@ struct ModelHooks {
   std::function<void(std::uint64_t stops, std::uint64_t all, std::uint64_t pairs)> progress;
   /// A line that people should read: warnings, and what a run goes on from.
   std::function<void(const std::string&)> say;
+  /// See ModelBuilder::OnMeasured; from the calling thread. If set, all pairs of the source are
+  /// measured, those too that an earlier run has put into the model.
+  Measured measured;
   /// Set by a signal: end soon, with everything durable.
   const std::atomic<bool>* stop = nullptr;
 };

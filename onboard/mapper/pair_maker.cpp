@@ -54,7 +54,10 @@ core::Expected<std::vector<PicturePair>> PairMaker::Add(const Stop& stop) {
 
 std::vector<PicturePair> PairMaker::Finish() {
   std::vector<PicturePair> pairs;
-  PairUp(0, pairs);
+  // Key by key, so that their pictures are not in memory all at once.
+  for (std::size_t lag = std::min(kLag, keys_.size()); pairs.empty() && lag-- > 0;) {
+    PairUp(lag, pairs);
+  }
   return pairs;
 }
 
@@ -65,23 +68,35 @@ core::Expected<void> PairMaker::AddKey(const Stop& stop) {
           .covariance = stop.covariance.value_or(Eigen::Matrix<double, 6, 6>::Zero()),
           .pictures = {}};
   std::vector<vision::RigPicture> views;
-  for (const StopPicture& picture : stop.pictures) {
-    auto loaded = picture.load();
-    if (!loaded) {
-      if (unreadable_++ == 0) first_unreadable_ = loaded.error().message;
-      continue;
-    }
-    views.push_back({picture.camera, (*loaded)->view()});
-    key.pictures.push_back({picture.camera, picture.name, std::move(*loaded)});
+  for (const StopPicture& source : stop.pictures) {
+    SharedPicture picture = Load(source);
+    if (picture == nullptr) continue;
+    views.push_back({source.camera, picture->view()});
+    key.pictures.push_back({source, std::move(picture)});
   }
   if (views.empty()) return {};
   if (options_.refine) {
     const vision::PriorPose prior{
         .time = stop.time, .map_from_body = stop.map_from_body, .covariance = stop.covariance};
     if (auto done = refiner_.Add(prior, views); !done) return done;
+    // It may be long until this stop's turn comes.
+    for (Read& read : key.pictures) read.picture.reset();
   }
   keys_.push_back(std::move(key));
   return {};
+}
+
+// Null: it cannot be read, and is counted.
+SharedPicture PairMaker::Load(const StopPicture& source) {
+  auto picture = source.load();
+  if (picture) return std::move(*picture);
+  if (unreadable_++ == 0) first_unreadable_ = picture.error().message;
+  return nullptr;
+}
+
+bool PairMaker::Reload(Read& read) {
+  if (read.picture == nullptr) read.picture = Load(read.source);
+  return read.picture != nullptr;
 }
 
 Eigen::Isometry3d PairMaker::PoseOf(std::size_t key) const {
@@ -111,16 +126,19 @@ void PairMaker::PairUp(std::size_t lag, std::vector<PicturePair>& pairs) {
     // Without refinement the second stop may yet have to come.
     if (b == end && lag == 0 && !options_.refine && end - next_a_ <= kLag) break;
     if (b == end || apart(b) > 2.5 * options_.baseline_m) continue;
-    const Key &key_a = keys_[next_a_ - first_key_], &key_b = keys_[b - first_key_];
-    for (const Read& picture_a : key_a.pictures) {
-      const auto other = std::ranges::find(key_b.pictures, picture_a.camera, &Read::camera);
-      if (other == key_b.pictures.end()) continue;
-      const Eigen::Isometry3d& mounting = body_from_camera_[picture_a.camera];
+    Key &key_a = keys_[next_a_ - first_key_], &key_b = keys_[b - first_key_];
+    for (Read& first : key_a.pictures) {
+      const auto of_same_camera = [&](const Read& read) {
+        return read.source.camera == first.source.camera;
+      };
+      const auto other = std::ranges::find_if(key_b.pictures, of_same_camera);
+      if (other == key_b.pictures.end() || !Reload(first) || !Reload(*other)) continue;
+      const Eigen::Isometry3d& mounting = body_from_camera_[first.source.camera];
       pairs.push_back({.stop = key_a.stop,
                        .time = key_a.time,
-                       .camera = picture_a.camera,
-                       .name = picture_a.name,
-                       .picture_a = picture_a.picture,
+                       .camera = first.source.camera,
+                       .name = first.source.name,
+                       .picture_a = first.picture,
                        .picture_b = other->picture,
                        .map_from_a = pose_a * mounting,
                        .map_from_b = PoseOf(b) * mounting,

@@ -31,7 +31,8 @@ struct PicturePair {
 /// From the stops of a drive to pairs of pictures with poses good enough for stereo: of stops a
 /// step apart the pictures are read, their poses refined together (vision/refine), and when a stop
 /// lies some steps behind it is paired with the next one a baseline on. Which stops those are
-/// depends on the poses alone. Keeps the pictures of those steps. One thread.
+/// depends on the poses alone. Pictures are read for the refinement and once more for the pair,
+/// which costs less than keeping those of all steps between. One thread.
 class PairMaker {
  public:
   /// `cameras`: of the rig, in its order; outlives this. Pairs of stops before `from_stop` are left
@@ -42,7 +43,7 @@ class PairMaker {
 
   /// Pairs that are ready now. A picture that cannot be read is left out, see unreadable().
   core::Expected<std::vector<PicturePair>> Add(const Stop& stop);
-  /// Those still waiting, at the end.
+  /// Those still waiting, at the end: at each call those of the next stop; none: that was all.
   std::vector<PicturePair> Finish();
 
   /// Pictures left out, and the error of the first of them.
@@ -53,9 +54,8 @@ class PairMaker {
 
  private:
   struct Read {
-    std::size_t camera;
-    std::string name;
-    SharedPicture picture;
+    StopPicture source;
+    SharedPicture picture;  ///< null: not in memory
   };
   struct Key {
     std::uint64_t stop = 0;
@@ -69,6 +69,8 @@ class PairMaker {
   Eigen::Isometry3d PoseOf(std::size_t key) const;
   vision::StepDoubt DoubtOf(std::size_t a, std::size_t b) const;
   void PairUp(std::size_t lag, std::vector<PicturePair>& pairs);
+  SharedPicture Load(const StopPicture& source);
+  bool Reload(Read& read);
 
   PairOptions options_;
   std::vector<Eigen::Isometry3d> body_from_camera_;

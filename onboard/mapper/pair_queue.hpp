@@ -40,7 +40,7 @@ class PairQueue {
   }
 
  private:
-  static constexpr std::size_t kRoom = 3;
+  static constexpr std::size_t kRoom = 2;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<PicturePair> pairs_;

@@ -4,11 +4,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <string>
 #include <vector>
 
 #include "gis/model/whole_file.hpp"
+#include "onboard/mapper/report/range_colours.hpp"
+#include "vision/png.hpp"
 
 namespace kawara::mapper {
 namespace {
@@ -22,25 +23,23 @@ core::Expected<void> WriteWhole(const fs::path& path, const void* data, std::siz
   return gis::WriteWholeFile(path, {static_cast<const char*>(data), bytes});
 }
 
-core::Expected<void> WritePng(const cv::Mat& picture, const fs::path& path) {
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", picture, bytes)) {
-    return core::Fail(core::ErrorCode::kIo, "write " + path.string() + ": could not be encoded");
-  }
-  return WriteWhole(path, bytes.data(), bytes.size());
+template <class Picture>
+core::Expected<void> WritePng(const Picture& picture, const fs::path& path) {
+  const auto bytes = vision::EncodePng(picture, vision::kPngFast);
+  if (!bytes) return core::Fail(bytes.error().code, path.string() + ": " + bytes.error().message);
+  return WriteWhole(path, bytes->data(), bytes->size());
 }
 
 /// In units of `unit_m`; 0 where unknown, 65535 beyond the scale.
-cv::Mat Levels(const std::vector<float>& values_m, const RangeImage& size, float unit_m) {
-  cv::Mat levels(size.height_px, size.width_px, CV_16UC1);
-  for (int v = 0; v < size.height_px; ++v) {
-    for (int u = 0; u < size.width_px; ++u) {
-      const float value = values_m[size.index(u, v)];
-      const float level = std::isnan(value) ? 0.0F : std::clamp(value / unit_m, 1.0F, 65535.0F);
-      levels.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(level + 0.5F);
-    }
+vision::Grey16Picture Levels(const std::vector<float>& values_m, const RangeImage& size,
+                             float unit_m) {
+  vision::Grey16Picture picture{{}, size.width_px, size.height_px};
+  picture.level.reserve(values_m.size());
+  for (const float value : values_m) {
+    const float level = std::isnan(value) ? 0.0F : std::clamp(value / unit_m, 1.0F, 65535.0F);
+    picture.level.push_back(static_cast<std::uint16_t>(std::lround(level)));
   }
-  return levels;
+  return picture;
 }
 
 core::Expected<void> WritePfm(const std::vector<float>& values_m, const RangeImage& size,
@@ -56,28 +55,6 @@ core::Expected<void> WritePfm(const std::vector<float>& values_m, const RangeIma
   return WriteWhole(path, bytes.data(), bytes.size());
 }
 
-/// Inverse range from 1 m (red) to 20 m and more (blue).
-cv::Mat View(const RangeImage& ranges) {
-  cv::Mat grey(ranges.height_px, ranges.width_px, CV_8UC1), view;
-  for (int v = 0; v < ranges.height_px; ++v) {
-    for (int u = 0; u < ranges.width_px; ++u) {
-      const float range = ranges.range_m[ranges.index(u, v)];
-      const float nearness = (1.0F / std::max(range, 1.0F) - 0.05F) / 0.95F;
-      grey.at<std::uint8_t>(v, u) =
-          std::isnan(range)
-              ? 0
-              : static_cast<std::uint8_t>(255.0F * std::sqrt(std::clamp(nearness, 0.0F, 1.0F)));
-    }
-  }
-  cv::applyColorMap(grey, view, cv::COLORMAP_TURBO);
-  for (int v = 0; v < ranges.height_px; ++v) {
-    for (int u = 0; u < ranges.width_px; ++u) {
-      if (std::isnan(ranges.range_m[ranges.index(u, v)])) view.at<cv::Vec3b>(v, u) = {0, 0, 0};
-    }
-  }
-  return view;
-}
-
 }  // namespace
 
 core::Expected<RangeFiles> WriteRangeFiles(const RangeImage& ranges, const fs::path& folder,
@@ -86,12 +63,16 @@ core::Expected<RangeFiles> WriteRangeFiles(const RangeImage& ranges, const fs::p
                          folder / (name + ".range.pfm"), folder / (name + ".sd.pfm"),
                          folder / (name + ".view.png")};
   constexpr float kMillimetre = 1e-3F, kTenth = 1e-4F;
+  const std::vector<std::uint8_t> view = RangeColours(ranges);
   const auto all =
       WritePng(Levels(ranges.range_m, ranges, kMillimetre), files.range_png)
           .and_then([&] { return WritePng(Levels(ranges.sd_m, ranges, kTenth), files.sd_png); })
           .and_then([&] { return WritePfm(ranges.range_m, ranges, files.range_pfm); })
           .and_then([&] { return WritePfm(ranges.sd_m, ranges, files.sd_pfm); })
-          .and_then([&] { return WritePng(View(ranges), files.view_png); });
+          .and_then([&] {
+            return WritePng(vision::ConstImageView{view.data(), ranges.width_px, ranges.height_px},
+                            files.view_png);
+          });
   if (!all) return tl::unexpected(all.error());
   return files;
 }

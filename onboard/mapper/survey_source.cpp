@@ -39,7 +39,8 @@ core::Expected<std::optional<Stop>> SurveySource::Next() {
       if (!picture) return tl::unexpected(picture.error());
       return std::make_shared<const survey::Picture>(std::move(*picture));
     };
-    stop.pictures.push_back({static_cast<std::size_t>(frame.camera), frame.name, load});
+    stop.pictures.push_back(
+        {static_cast<std::size_t>(frame.camera), survey::FullNameOf(*survey_, frame), load});
   }
   return stop;
 }

@@ -5,17 +5,11 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "vision/image.hpp"
+#include "vision/png.hpp"
 
 namespace kawara::survey {
 
-/// A picture that owns its pixels.
-struct Picture {
-  std::vector<std::uint8_t> rgb;  ///< packed RGB8, rows from the top
-  int width_px = 0;
-  int height_px = 0;
-  vision::ConstImageView view() const { return {rgb.data(), width_px, height_px}; }
-};
+using Picture = vision::RgbPicture;
 
 /// Larger pictures are refused before memory is asked for.
 constexpr std::int64_t kMaxPicturePixels = 80'000'000;

@@ -218,6 +218,11 @@ core::Expected<Survey> OpenSurvey(const fs::path& folder) {
   return survey;
 }
 
+std::string FullNameOf(const Survey& survey, const SurveyFrame& frame) {
+  const std::string& camera = survey.cameras[static_cast<std::size_t>(frame.camera)].name;
+  return survey.cameras.size() > 1 && !camera.empty() ? camera + "/" + frame.name : frame.name;
+}
+
 core::Expected<Picture> LoadFrame(const Survey& survey, const SurveyFrame& frame) {
   auto picture = LoadPicture(frame.file);
   if (!picture) return picture;

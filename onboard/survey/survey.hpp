@@ -49,6 +49,9 @@ struct Survey {
 /// Pictures without pose and poses without picture are counted; none that fit is an error.
 core::Expected<Survey> OpenSurvey(const std::filesystem::path& folder);
 
+/// What people call a frame: its name, after the camera's and a '/' where there are several.
+std::string FullNameOf(const Survey& survey, const SurveyFrame& frame);
+
 /// The frame's picture. Errors: LoadPicture's; kFormat if its size is not the camera's.
 core::Expected<Picture> LoadFrame(const Survey& survey, const SurveyFrame& frame);
 

@@ -1,5 +1,6 @@
 """kawara-mapper as a process, on a survey folder that kawara-sim renders: ranges against the rendered truth, and every
 mistake a user can make."""
+import contextlib
 import csv
 import hashlib
 import json
@@ -11,10 +12,13 @@ import signal
 import struct
 import subprocess
 import tempfile
+import time
 import unittest
 
 import numpy as np
 from PIL import Image
+
+from processes import wait_for
 
 BIN = pathlib.Path(os.environ["KAWARA_BIN"])
 SOURCE = pathlib.Path(os.environ["KAWARA_SOURCE_DIR"])
@@ -157,28 +161,46 @@ class MapperTest(unittest.TestCase):
         self.assertGreater((np.abs(height - np.median(height)) < 0.3).mean(), 0.6)
 
     def test_killed_at_any_moment_the_same_command_goes_on(self):
-        """With the survey's own poses the model is the same to the byte; refined ones are of a window that starts anew."""
+        """With the survey's own poses the model is the same to the byte; refined ones are of a window that starts anew.
+
+        Pictures that never come, named pipes, keep each run from its end before it is killed, however fast the machine."""
         whole, out, survey = self.folder / "whole", self.folder / "killed", self.folder / "long"
         subprocess.run([BIN / "kawara-sim", "--render", survey, "--doughnut-px", "320", "--every", "0.25", "--start", "20",
                         "--duration", "14", "--light-cell", "5", "--light-cache", "", "--no-body"], check=True,
                        capture_output=True, timeout=300)
         words = [survey, "--given-poses"]
         self.assertEqual(mapper(*words, "--out", whole).returncode, 0)
+        frames = sorted((survey / "frames").iterdir())
+        self.assertGreater(len(frames), 55)
         dice = np.random.default_rng(4)
-        kills = resumed = 0
-        for _ in range(8):
+
+        def stops_done():
+            with contextlib.suppress(FileNotFoundError):
+                return int(re.search(r"^stops_done: (\d+)", (out / "model.yaml").read_text(), re.M)[1])
+            return 0
+
+        aside = self.folder / "aside"
+        aside.mkdir()
+        for missing in range(14, 56, 13):
+            before = stops_done()
+            for frame in frames[missing:]:
+                frame.rename(aside / frame.name)
+                os.mkfifo(frame)
             with subprocess.Popen([BIN / "kawara-mapper", *map(str, words), "--out", out], stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL) as run:
+                                  stderr=subprocess.PIPE, text=True) as run:
                 try:
-                    run.wait(dice.uniform(0.3, 1.5))
-                except subprocess.TimeoutExpired:
+                    # Thirteen pictures more than the run before had: at least one commit.
+                    wait_for(lambda: stops_done() > before or run.poll() is not None, 120, "a commit")
+                    time.sleep(dice.uniform(0.0, 0.2))  # whatever it is doing then
+                    self.assertIsNone(run.poll(), "it ended without one of its pictures")
+                finally:
                     run.kill()
-                    kills += 1
-            resumed += (out / "model.yaml").exists()
+                self.assertEqual("goes on with stop" in run.stderr.read(), before > 0)
+            for frame in frames[missing:]:
+                (aside / frame.name).replace(frame)
         run = mapper(*words, "--out", out)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertGreater(kills, 0)
-        self.assertGreater(resumed, 0)
+        self.assertIn("goes on with stop", run.stderr)
         self.assertEqual(files_of(out), files_of(whole))
         again = mapper(*words, "--out", out)
         self.assertEqual(again.returncode, 0)
@@ -188,6 +210,51 @@ class MapperTest(unittest.TestCase):
         self.assertEqual(other.returncode, 2)
         self.assertIn("--fresh", other.stderr)
         self.assertEqual(mapper(*words, "--out", out, "--voxel", "0.2", "--fresh").returncode, 0)
+
+    def test_report_of_a_survey_with_true_ranges(self):
+        """The page's figures are those of the distance images, and a model that was there already gets the same page."""
+        out = self.folder / "reported"
+        self.assertEqual(mapper(self.survey, "--out", out).returncode, 0)
+        before = files_of(out)
+        pages = [out / "report.html", self.folder / "pages" / "report.html"]
+        run = mapper(self.survey, "--out", out, "--report", pages[0])
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("only the report is made", run.stderr)
+        self.assertEqual({name: file for name, file in files_of(out).items() if name != "report.html"}, before)
+        run = mapper(self.survey, "--out", self.folder / "reported_at_once", "--report", pages[1])
+        self.assertEqual(run.returncode, 0, run.stderr)
+        pairs = int(re.search(r"(\d+) pairs in", run.stdout)[1])
+        tables = []
+        for page in (page.read_text() for page in pages):
+            self.assertIn(f"<p>{pairs} distance images.", page)
+            table = dict(re.findall(r'<tr><th scope="row">([^<]*)</th>((?:<td>[^<]*</td>)+)</tr>',
+                                    page[page.index("<h2>Accuracy"):page.index("<h2>Distance images")]))
+            self.assertIn("2\u20136 m", table)
+            tables.append(table)
+            self.assertEqual(len(re.findall("data:image/jpeg", page)), pairs + 3)  # pictures and views
+            self.assertEqual(len(re.findall("data:image/png", page)), pairs)
+            self.assertEqual(re.findall(r'(?:src|href)="(?!data:|\./)', page), [])
+        self.assertEqual(tables[0], tables[1])
+        for page, link in zip(pages, ("./model.wrl", "./../reported_at_once/model.wrl")):
+            self.assertIn(f'href="{link}"', page.read_text())
+        std, nmad = (float(re.findall(r"<td>([-0-9.]+) mm</td>", tables[0]["2\u20136 m"])[i]) for i in (0, 1))
+        with Image.open(self.survey / "range" / "00001.png") as picture:
+            truth = np.array(picture) / 1000.0
+        self.assertGreater(std, 5.0)
+        self.assertLess(std, 300.0)
+        self.assertLess(nmad, 200.0)
+        pixels = int(re.findall(r"<td>(\d+)</td>", tables[0]["2\u20136 m"])[0])
+        self.assertLess(pixels, pairs * ((truth >= 2) & (truth < 6)).sum() * 1.1)
+        self.assertGreater(pixels, 0.3 * pairs * ((truth >= 2) & (truth < 6)).sum())
+
+    def test_report_that_cannot_be_written_is_refused_before_the_work(self):
+        (self.folder / "plain").write_text("")
+        for page in (self.folder, self.folder / "plain" / "report.html", "/proc/report.html"):
+            with self.subTest(page=page):
+                run = mapper(self.survey, "--out", self.folder / "not_begun", "--report", page)
+                self.assertNotEqual(run.returncode, 0)
+                self.assertRegex(run.stderr, r"\Akawara-mapper: --report: [^\n]+\n\Z")
+                self.assertFalse((self.folder / "not_begun").exists())
 
     def test_interrupted_it_says_how_to_go_on(self):
         out = self.folder / "interrupted"
@@ -217,6 +284,8 @@ class MapperTest(unittest.TestCase):
                 ((), 2, "survey is required"),
                 ((self.survey, "--method", "best"), 2, "--method: best not in {fast,paper}"),
                 ((self.survey, "--method", "paper", "--px-per-rad", "100"), 2, "--px-per-rad is of the fast method"),
+                ((self.survey, "--depth-only", "00001", "00002", "--report", "x.html"), 2, "--report is of a model"),
+                ((self.survey, "--priority", "normal"), 2, "--priority requires --live"),
                 ((self.survey, "--baseline", "50"), 1, "no two frames"),
                 ((self.survey, "--voxel", "0"), 2, "--voxel"),
                 ((bad, "--depth-only", "00001", "00002"), 1, "camera.yaml:"),
@@ -252,11 +321,97 @@ class MissionTest(unittest.TestCase):
         return len(re.findall(r"^Inline", (out / "model.wrl").read_text(), re.M))
 
     def test_model_of_a_log(self):
-        out = self.folder / "log_model"
-        run = mapper("--log", self.log, "--out", out)
+        out, page = self.folder / "log_model", self.folder / "log_model.html"
+        run = mapper("--log", self.log, "--out", out, "--report", page)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertGreater(int(re.search(r"(\d+) pairs in", run.stdout)[1]), 20)
         self.assertGreater(self.tiles(out), 3)
+        self.assertNotIn("Accuracy", page.read_text())  # a log knows no truth
+        self.assertGreaterEqual(len(re.findall("data:image/png", page.read_text())), 4)
+        self.assertLessEqual(len(re.findall("data:image/png", page.read_text())), 8)
+
+    def own_network(self):
+        """A network namespace, for as long as the test lasts; the words that start a program in it."""
+        holder = subprocess.Popen(["unshare", "-n", "sh", "-c", "ip link set lo up multicast on && "  # noqa: SIM115
+                                   "ip route add 224.0.0.0/4 dev lo && echo ready && exec sleep 3600"], stdout=subprocess.PIPE)
+        self.addCleanup(holder.stdout.close)
+        self.addCleanup(holder.wait)
+        self.addCleanup(holder.kill)
+        self.assertEqual(holder.stdout.readline(), b"ready\n")
+        return ["nsenter", "-t", str(holder.pid), "-n", "env", "LCM_DEFAULT_URL=udpm://239.255.76.67:7667?ttl=0"]
+
+    @contextlib.contextmanager
+    def live_mapper(self, network, out, *words):
+        """A mapper that listens already; `said` grows while it runs. Killed at the end, if it has not ended itself."""
+        said = self.folder / "said"
+        with open(said, "w", encoding="utf-8") as file:
+            run = subprocess.Popen([*network, BIN / "kawara-mapper", "--live", "--out", out, *words], stdout=file,  # noqa: SIM115
+                                   stderr=subprocess.STDOUT)
+        try:
+            wait_for(lambda: "waits for pictures" in said.read_text() or run.poll() is not None, 60, "a mapper that listens")
+            self.assertIsNone(run.poll(), said.read_text())
+            run.said = said.read_text
+            yield run
+        finally:
+            run.kill()
+            run.wait()
+
+    @contextlib.contextmanager
+    def player(self, network, speed):
+        with subprocess.Popen([*network, "lcm-logplayer", f"--speed={speed}", self.log], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as run:
+            try:
+                yield run
+            finally:
+                run.kill()
+
+    def finished_tiles(self, out):
+        text = (out / "model.yaml").read_text() if (out / "model.yaml").exists() else ""
+        return {name for name, faces in re.findall(r'name: "(\S+)"\n\s+revision: \d+\n\s+faces: (\d+)', text) if int(faces) > 0}
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("lcm-logplayer"), "needs root and Debian's liblcm-bin")
+    def test_live_and_killed_and_live_again(self):
+        """What a kill leaves is a whole model; the next run goes on in the same map, and a signal finishes it.
+
+        A machine that is too busy for the drive at this speed gets it at half of it, and so on."""
+        network, out = self.own_network(), self.folder / "live_model"
+        speeds = [2.0, 1.0, 0.5, 0.25]
+        for speed in speeds:
+            shutil.rmtree(out, ignore_errors=True)
+            with self.live_mapper(network, out, "--priority", "normal") as run, self.player(network, speed) as player:
+                wait_for(lambda: self.finished_tiles(out) or player.poll() is not None or run.poll() is not None, 300, "a tile")
+                self.assertIsNone(run.poll(), run.said())
+            before = self.finished_tiles(out)
+            if before:
+                break
+        self.assertGreater(len(before), 0)
+        for name in before:
+            for ending in (".wrl", ".glb", ".ply", ".las"):
+                self.assertGreater((out / (name + ending)).stat().st_size, 0)
+        # The drive once more: what the voxels have is passed over.
+        for speed in speeds[speeds.index(speed):]:
+            with self.live_mapper(network, out, "--priority", "normal") as run:
+                with self.player(network, speed) as player:
+                    player.wait(300)
+                run.send_signal(signal.SIGTERM)
+                run.wait(120)
+            if run.returncode == 0 and len(self.finished_tiles(out)) > len(before):
+                break
+        self.assertEqual(run.returncode, 0, run.said())
+        self.assertIn("goes on with", run.said())
+        self.assertRegex(run.said(), r"\d+ tiles, \d+ faces")
+        self.assertLess(before, self.finished_tiles(out))
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("lcm-logplayer"), "needs root and Debian's liblcm-bin")
+    def test_live_gives_way_unless_told_otherwise(self):
+        network = self.own_network()
+        for words, policy in (([], os.SCHED_IDLE), (["--priority", "normal"], os.SCHED_OTHER)):
+            out = self.folder / f"priority{policy}"
+            with self.live_mapper(network, out, *words) as run, self.player(network, 2.0):
+                # The first picture is in: the work begins.
+                wait_for(lambda: (out / "voxels.spill").exists() or run.poll() is not None, 120, "work")
+                self.assertIsNone(run.poll(), run.said())
+                self.assertEqual(os.sched_getscheduler(run.pid), policy)
 
     def test_mistakes_are_answered_in_one_line(self):
         (self.folder / "no.lcm").write_bytes(b"")

@@ -101,14 +101,19 @@ core::TexturedMesh UnshareCorners(const Surface& surface, const Atlas& atlas) {
   return mesh;
 }
 
+bool RangesFit(const TextureView& view) {
+  if (view.ranges == nullptr) return true;
+  const int width = view.camera.width_px(), height = view.camera.height_px();
+  const RangeImage& ranges = *view.ranges;
+  return (ranges.width_px == width && ranges.height_px == height) ||
+         (ranges.width_px == (width + 1) / 2 && ranges.height_px == (height + 1) / 2);
+}
+
 core::Expected<void> CheckViews(std::span<const TextureView> views) {
   for (const TextureView& view : views) {
     const bool same = view.picture.width_px == view.camera.width_px() &&
                       view.picture.height_px == view.camera.height_px() && !view.picture.empty();
-    const bool same_ranges =
-        view.ranges == nullptr || (view.ranges->width_px == view.camera.width_px() &&
-                                   view.ranges->height_px == view.camera.height_px());
-    if (!same || !same_ranges || !view.map_from_camera.matrix().allFinite())
+    if (!same || !RangesFit(view) || !view.map_from_camera.matrix().allFinite())
       return core::Fail(core::ErrorCode::kInvalidArgument,
                         "texture: picture, distance image and camera differ in size, or a pose is "
                         "not finite");
@@ -117,6 +122,20 @@ core::Expected<void> CheckViews(std::span<const TextureView> views) {
 }
 
 }  // namespace
+
+RangeImage RangesForTexture(const RangeImage& ranges) {
+  RangeImage half;
+  half.width_px = (ranges.width_px + 1) / 2;
+  half.height_px = (ranges.height_px + 1) / 2;
+  half.range_m.reserve(static_cast<std::size_t>(half.width_px) *
+                       static_cast<std::size_t>(half.height_px));
+  for (int v = 0; v < ranges.height_px; v += 2) {
+    for (int u = 0; u < ranges.width_px; u += 2) {
+      half.range_m.push_back(ranges.range_m[ranges.index(u, v)]);
+    }
+  }
+  return half;
+}
 
 core::Expected<TextureCounts> ApplyTexture(Surface& surface, double voxel_m,
                                            std::span<const TextureView> views,

@@ -15,11 +15,16 @@ namespace kawara::vision {
 /// A picture to take a texture from. Owns nothing.
 struct TextureView {
   const CameraModel& camera;
-  ConstImageView picture;              ///< of that camera
-  const RangeImage* ranges = nullptr;  ///< same size, tells what hides what, with or without sd;
-                                       ///< null: nobody knows
+  ConstImageView picture;  ///< of that camera
+  /// Tells what hides what, with or without sd: of the picture's size, or RangesForTexture of that.
+  /// Null: nobody knows.
+  const RangeImage* ranges = nullptr;
   Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
 };
+
+/// An eighth of the memory and still enough to tell what hides what: every second pixel of every
+/// second row from the first, sizes rounded up, without deviations.
+RangeImage RangesForTexture(const RangeImage& ranges);
 
 struct TextureConfig {
   double texel_m = 0.02;    ///< aimed at; coarser if the atlas grew too large

@@ -22,8 +22,9 @@ double Score(const TextureView& view, const QuadPlace& quad, double voxel_m, dou
   if (!(cosine > least_cos)) return 0.0;
   double score = cosine / (distance_m * distance_m);
   if (view.ranges != nullptr) {
-    const std::size_t i = view.ranges->index(static_cast<int>(std::lround(pixel.x())),
-                                             static_cast<int>(std::lround(pixel.y())));
+    const int step = view.ranges->width_px < view.picture.width_px ? 2 : 1;
+    const std::size_t i = view.ranges->index(static_cast<int>(std::lround(pixel.x())) / step,
+                                             static_cast<int>(std::lround(pixel.y())) / step);
     const auto range_m = static_cast<double>(view.ranges->range_m[i]);
     const double sd_m = view.ranges->sd_m.empty() ? kUnstatedSd * distance_m
                                                   : static_cast<double>(view.ranges->sd_m[i]);

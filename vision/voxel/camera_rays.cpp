@@ -16,25 +16,31 @@ constexpr std::size_t kMaxFacePx = 768;
 
 }  // namespace
 
-CameraRays::CameraRays(const CameraModel& camera)
-    : width_px_(camera.width_px()), height_px_(camera.height_px()) {
-  const auto pixels = static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_);
-  for (auto* table : {&x_, &y_, &z_})
-    table->assign(pixels, std::numeric_limits<float>::quiet_NaN());
+CameraRays::CameraRays(const CameraModel& camera) : CameraRays(camera, RayTables()) {}
+
+CameraRays::CameraRays(const CameraModel& camera, const RayTables& rays)
+    : width_px_(camera.width_px()), height_px_(camera.height_px()), rays_(rays) {
+  if (rays.x == nullptr) MakeRays(camera);
+  face_px_ = ChooseFace();
+  half_face_ = 0.5F * static_cast<float>(face_px_);
+  FillFaces(camera);
+}
+
+void CameraRays::MakeRays(const CameraModel& camera) {
+  for (auto* table : {&own_x_, &own_y_, &own_z_})
+    table->assign(pixels(), std::numeric_limits<float>::quiet_NaN());
   std::size_t i = 0;
   for (int v = 0; v < height_px_; ++v) {
     for (int u = 0; u < width_px_; ++u, ++i) {
       const auto ray = camera.Unproject({u, v});
       if (!ray) continue;
       const Eigen::Vector3f r = ray->normalized().cast<float>();
-      x_[i] = r.x();
-      y_[i] = r.y();
-      z_[i] = r.z();
+      own_x_[i] = r.x();
+      own_y_[i] = r.y();
+      own_z_[i] = r.z();
     }
   }
-  face_px_ = ChooseFace();
-  half_face_ = 0.5F * static_cast<float>(face_px_);
-  FillFaces(camera);
+  rays_ = {own_x_.data(), own_y_.data(), own_z_.data()};
 }
 
 // Texels at the middle of a face, where they are widest seen from the centre, as fine as the finest
@@ -71,7 +77,7 @@ void CameraRays::FillFaces(const CameraModel& camera) {
         const double u = std::round(at->x()), v = std::round(at->y());
         if (!(u >= 0.0 && u < width_px_ && v >= 0.0 && v < height_px_)) continue;
         const auto pixel = static_cast<std::int32_t>(v) * width_px_ + static_cast<std::int32_t>(u);
-        if (!std::isnan(x_[static_cast<std::size_t>(pixel)])) nearest_[texel] = pixel;
+        if (!std::isnan(rays_.x[pixel])) nearest_[texel] = pixel;
       }
     }
   }

@@ -12,6 +12,12 @@
 
 namespace kawara::vision {
 
+/// Unit rays of a camera's pixels in its frame, component by component, rows from the top; NaN:
+/// sees nothing. Owns nothing.
+struct RayTables {
+  const float *x = nullptr, *y = nullptr, *z = nullptr;
+};
+
 /// A camera as two tables, for loops over every pixel: the unit ray of each pixel, and the pixel
 /// nearest to each direction (six faces of a cube). One object a camera; immutable after
 /// construction; any thread.
@@ -20,16 +26,23 @@ class CameraRays {
   static constexpr std::int32_t kNoPixel = -1;
 
   explicit CameraRays(const CameraModel& camera);
+  /// With somebody else's rays of this camera, which must outlive this.
+  CameraRays(const CameraModel& camera, const RayTables& rays);
+  CameraRays(CameraRays&&) = default;
+  CameraRays& operator=(CameraRays&&) = default;
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }
-  std::size_t pixels() const { return x_.size(); }
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_);
+  }
 
-  /// Components of the unit rays in the camera's frame, rows from the top; NaN: sees nothing.
-  const float* x() const { return x_.data(); }
-  const float* y() const { return y_.data(); }
-  const float* z() const { return z_.data(); }
-  Eigen::Vector3f ray(std::size_t pixel) const { return {x_[pixel], y_[pixel], z_[pixel]}; }
+  const float* x() const { return rays_.x; }
+  const float* y() const { return rays_.y; }
+  const float* z() const { return rays_.z; }
+  Eigen::Vector3f ray(std::size_t pixel) const {
+    return {rays_.x[pixel], rays_.y[pixel], rays_.z[pixel]};
+  }
 
   /// Pixel (row * width + column) that looks along `direction_camera` (any length but zero), within
   /// about a pixel; kNoPixel outside the picture or the field of view.
@@ -48,7 +61,7 @@ class CameraRays {
   float PixelsPerSteradian(std::int32_t pixel) const;
 
   std::size_t memory_bytes() const {
-    return 3 * x_.size() * sizeof(float) + nearest_.size() * sizeof(std::int32_t);
+    return 3 * own_x_.size() * sizeof(float) + nearest_.size() * sizeof(std::int32_t);
   }
 
  private:
@@ -58,11 +71,13 @@ class CameraRays {
     const auto texel = static_cast<std::size_t>(std::max(offset + half_face_, 0.0F));
     return texel < face_px_ ? texel : face_px_ - 1;
   }
+  void MakeRays(const CameraModel& camera);
   std::size_t ChooseFace() const;
   void FillFaces(const CameraModel& camera);
 
   int width_px_ = 0, height_px_ = 0;
-  std::vector<float> x_, y_, z_;
+  std::vector<float> own_x_, own_y_, own_z_;  ///< empty if the rays are somebody else's
+  RayTables rays_;
   std::size_t face_px_ = 0;
   float half_face_ = 0.0F;
   std::vector<std::int32_t> nearest_;

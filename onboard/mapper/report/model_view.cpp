@@ -6,8 +6,10 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "core/geodesy.hpp"
+#include "onboard/mapper/report/evenly_spread.hpp"
 
 namespace kawara::mapper {
 namespace {
@@ -16,6 +18,7 @@ constexpr float kNothing = std::numeric_limits<float>::infinity();
 constexpr double kElevationRad = 35.0 * core::kRadFromDeg;
 /// Pictures become no taller than so many times their width.
 constexpr double kMostTall = 1.0;
+constexpr std::size_t kPointsForBox = 100'000;
 
 /// Rows: the picture's right, its down, and away from who looks; in east, north, up.
 Eigen::Matrix3d Axes(ViewFrom from) {
@@ -172,19 +175,29 @@ ReportPicture ModelView::Picture() const {
   return picture;
 }
 
-std::vector<ReportPicture> DrawModelViews(std::span<const core::ColouredPoint> points,
-                                          double point_m) {
-  std::vector<ReportPicture> views;
-  if (points.empty()) return views;
-  const MapBox box = BoxOf(points);
+core::Expected<std::vector<ReportPicture>> DrawModelViews(const PointParts& parts, double point_m) {
+  // A box that leaves out a thousandth does not need them all.
+  EvenlySpread<core::ColouredPoint> sample(kPointsForBox);
+  const auto gathered = parts([&sample](std::span<const core::ColouredPoint> points) {
+    for (const auto& point : points) sample.Offer([&point] { return point; });
+  });
+  if (!gathered) return tl::unexpected(gathered.error());
+  std::vector<ReportPicture> pictures;
+  if (sample.kept().empty()) return pictures;
+  const MapBox box = BoxOf(sample.kept());
+  std::vector<ModelView> views;
   for (const ViewFrom from : {ViewFrom::kAbove, ViewFrom::kSouthEast, ViewFrom::kNorthWest}) {
-    ModelView view(from, box, point_m);
-    view.Add(points);
-    if (ReportPicture picture = view.Picture(); !picture.bytes.empty()) {
-      views.push_back(std::move(picture));
-    }
+    views.emplace_back(from, box, point_m);
   }
-  return views;
+  const auto drawn = parts([&views](std::span<const core::ColouredPoint> points) {
+    for (ModelView& view : views) view.Add(points);
+  });
+  if (!drawn) return tl::unexpected(drawn.error());
+  for (const ModelView& view : views) {
+    ReportPicture picture = view.Picture();
+    if (!picture.bytes.empty()) pictures.push_back(std::move(picture));
+  }
+  return pictures;
 }
 
 }  // namespace kawara::mapper

@@ -1,9 +1,11 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
+#include "core/expected.hpp"
 #include "core/textured_mesh.hpp"
 #include "onboard/mapper/report/report_picture.hpp"
 
@@ -57,8 +59,12 @@ class ModelView {
   std::vector<std::uint8_t> rgb_;
 };
 
-/// All three views of one set of points; those without a point are left out.
-std::vector<ReportPicture> DrawModelViews(std::span<const core::ColouredPoint> points,
-                                          double point_m);
+/// Hands over a model's points part by part, the same ones at every call.
+using TakePoints = std::function<void(std::span<const core::ColouredPoint>)>;
+using PointParts = std::function<core::Expected<void>(const TakePoints&)>;
+
+/// All three views of a model, however large: its parts are gone through twice, first for the box.
+/// Those without a point are left out. Errors: of the parts.
+core::Expected<std::vector<ReportPicture>> DrawModelViews(const PointParts& parts, double point_m);
 
 }  // namespace kawara::mapper

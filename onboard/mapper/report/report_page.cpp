@@ -191,9 +191,9 @@ void AppendWarnings(std::string& page, const std::vector<std::string>& warnings)
 }  // namespace
 
 const char* const kAgainstRenderedTruth =
-    "Compared with the ranges that kawara-sim rendered with the pictures. The survey holds no "
-    "laser scan: this is a comparison with the truth itself, not with a SICK PLS-101 as in the "
-    "paper's Fig. 17, whose own errors would be added.";
+    "Compared with the true ranges that came with the survey (range/), as kawara-sim renders them "
+    "with the pictures; not with a laser scanner as in the paper's Fig. 17, whose own errors would "
+    "be added.";
 
 std::string MapperReportPage(const MapperReport& report) {
   // The policy keeps the promise: the browser itself refuses whatever is not in the page.

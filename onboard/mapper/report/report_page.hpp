@@ -41,8 +41,8 @@ struct MapperReport {
   std::vector<ReportLink> links;     ///< the model's files
 };
 
-/// Comparison with the ranges kawara-sim rendered (truth_ranges.hpp), in a sentence. The paper took
-/// a laser scanner for truth; a rendered survey has none, and the page says so.
+/// Comparison with a survey's true ranges (truth_ranges.hpp), in a sentence. The paper took a laser
+/// scanner for truth; a survey folder has none, and the page says so.
 extern const char* const kAgainstRenderedTruth;
 
 /// The report as ONE page of HTML that needs no script, no network and no other file: pictures are

@@ -1,12 +1,12 @@
 #include "onboard/mapper/report/report_picture.hpp"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "onboard/mapper/report/range_colours.hpp"
 #include "vision/jpeg.hpp"
+#include "vision/png.hpp"
 
 namespace kawara::mapper {
 namespace {
@@ -27,9 +27,8 @@ cv::Mat ScaledDown(const cv::Mat& picture, int most_width_px, cv::InterpolationF
 
 ReportPicture AsPng(const cv::Mat& rgb, std::string caption) {
   ReportPicture out{"image/png", {}, rgb.cols, rgb.rows, std::move(caption), 0.0};
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  if (!cv::imencode(".png", bgr, out.bytes, {cv::IMWRITE_PNG_COMPRESSION, 9})) out.bytes.clear();
+  auto png = vision::EncodePng({rgb.data, rgb.cols, rgb.rows}, vision::kPngSmall);
+  if (png) out.bytes = std::move(*png);
   return out;
 }
 

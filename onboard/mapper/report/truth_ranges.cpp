@@ -2,9 +2,10 @@
 
 #include <cstdint>
 #include <limits>
-#include <opencv2/imgcodecs.hpp>
+#include <string>
 
 #include "onboard/survey/picture_file.hpp"
+#include "vision/png.hpp"
 
 namespace kawara::mapper {
 
@@ -17,13 +18,8 @@ core::Expected<std::vector<float>> LoadTruth(const std::filesystem::path& survey
     if (bytes.error().code == core::ErrorCode::kNotFound) return std::vector<float>{};
     return tl::unexpected(bytes.error());
   }
-  cv::Mat levels;
-  try {
-    if (!bytes->empty()) levels = cv::imdecode(*bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-    levels.release();  // OpenCV throws for what it finds too large
-  }
-  if (levels.type() != CV_16UC1 || levels.cols != width_px || levels.rows != height_px) {
+  const auto levels = vision::DecodeGrey16Png(*bytes);
+  if (!levels || levels->width_px != width_px || levels->height_px != height_px) {
     return core::Fail(core::ErrorCode::kFormat,
                       file.string() + ": expected a grey PNG of 16 bits and " +
                           std::to_string(width_px) + " x " + std::to_string(height_px) +
@@ -31,14 +27,11 @@ core::Expected<std::vector<float>> LoadTruth(const std::filesystem::path& survey
   }
   constexpr std::uint16_t kSky = 65535;
   std::vector<float> truth_m;
-  truth_m.reserve(levels.total());
-  for (int v = 0; v < levels.rows; ++v) {
-    for (int u = 0; u < levels.cols; ++u) {
-      const auto level = levels.at<std::uint16_t>(v, u);
-      const bool known = level != 0 && level != kSky;
-      truth_m.push_back(known ? 1e-3F * static_cast<float>(level)
-                              : std::numeric_limits<float>::quiet_NaN());
-    }
+  truth_m.reserve(levels->level.size());
+  for (const std::uint16_t level : levels->level) {
+    const bool known = level != 0 && level != kSky;
+    truth_m.push_back(known ? 1e-3F * static_cast<float>(level)
+                            : std::numeric_limits<float>::quiet_NaN());
   }
   return truth_m;
 }

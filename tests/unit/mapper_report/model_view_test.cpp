@@ -52,6 +52,13 @@ ReportPicture View(ViewFrom from, const std::vector<ColouredPoint>& points) {
   return view.Picture();
 }
 
+PointParts Whole(const std::vector<ColouredPoint>& points) {
+  return [points](const TakePoints& take) -> core::Expected<void> {
+    take(points);
+    return {};
+  };
+}
+
 TEST(ModelView, FromAboveNorthIsUpAndEastRight) {
   std::vector<ColouredPoint> points;
   AddSquare(points, {100.0, 200.0, 0.0}, 1.0, kGreen);  // south-west
@@ -126,14 +133,22 @@ TEST(ModelView, NumbersThatAreNoneDrawNothing) {
   ModelView view(ViewFrom::kAbove, {{-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0}}, kPointM, 64);
   view.Add(points);
   EXPECT_TRUE(view.Picture().bytes.empty());
-  EXPECT_TRUE(DrawModelViews({}, kPointM).empty());
+  EXPECT_TRUE(DrawModelViews(Whole({}), kPointM)->empty());
 }
 
 TEST(ModelView, OnePointIsAPicture) {
   const std::vector<ColouredPoint> points{{{5.0, 6.0, 7.0}, kRed, 1}};
-  const auto views = DrawModelViews(points, kPointM);
-  ASSERT_EQ(views.size(), 3U);
-  for (const auto& view : views) Pixels(view).Expect(0.5, 0.5, kRed);
+  const auto views = DrawModelViews(Whole(points), kPointM);
+  ASSERT_TRUE(views);
+  ASSERT_EQ(views->size(), 3U);
+  for (const auto& view : *views) Pixels(view).Expect(0.5, 0.5, kRed);
+}
+
+TEST(ModelView, APartThatCannotBeReadIsAnError) {
+  const auto views = DrawModelViews(
+      [](const TakePoints&) { return core::Fail(core::ErrorCode::kIo, "gone"); }, kPointM);
+  ASSERT_FALSE(views);
+  EXPECT_EQ(views.error().message, "gone");
 }
 
 TEST(BoxOf, AFewStraysDoNotCount) {

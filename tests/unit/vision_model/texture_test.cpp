@@ -103,16 +103,44 @@ TEST_F(TexturedStreet, WhatIsHiddenInAPictureIsNotTakenFromIt) {
   auto look = looks_[2];
   for (float& r : look.ranges.range_m)
     if (!std::isnan(r)) r = 0.6F;
-  const std::array views{TextureView{.camera = drive_.camera(),
-                                     .picture = look.picture(),
-                                     .ranges = &look.ranges,
-                                     .map_from_camera = look.map_from_camera}};
+  const RangeImage half = RangesForTexture(look.ranges);
+  for (const RangeImage* ranges : std::initializer_list<const RangeImage*>{&look.ranges, &half}) {
+    const std::array views{TextureView{.camera = drive_.camera(),
+                                       .picture = look.picture(),
+                                       .ranges = ranges,
+                                       .map_from_camera = look.map_from_camera}};
+    Surface s = BuildSurface(*map_, {0, 0}, kRule);
+    const auto counts = ApplyTexture(s, 0.1, views, {}, encoder_);
+    ASSERT_TRUE(counts);
+    // What has no range in the picture (beyond its ring) is not hidden either.
+    EXPECT_LT(counts->from_pictures, counts->quads / 20);
+    EXPECT_LT(ErrorOf(s), 12.0);  // the voxels' own colours stand in
+  }
+}
+
+TEST_F(TexturedStreet, RangesOfHalfTheSizeHideAsMuch) {
+  std::vector<RangeImage> halves;
+  for (const auto& look : looks_) halves.push_back(RangesForTexture(look.ranges));
+  auto views = Views();
+  Surface whole = BuildSurface(*map_, {0, 0}, kRule);
+  const auto by_whole = ApplyTexture(whole, 0.1, views, {}, encoder_);
+  for (std::size_t i = 0; i < views.size(); ++i) views[i].ranges = &halves[i];
+  Surface half = BuildSurface(*map_, {0, 0}, kRule);
+  const auto by_half = ApplyTexture(half, 0.1, views, {}, encoder_);
+  ASSERT_TRUE(by_whole && by_half);
+  EXPECT_NEAR(static_cast<double>(by_half->from_pictures),
+              static_cast<double>(by_whole->from_pictures),
+              0.01 * static_cast<double>(by_whole->quads));
+  EXPECT_NEAR(ErrorOf(half), ErrorOf(whole), 0.3);
+}
+
+TEST_F(TexturedStreet, RangesOfAnotherSizeAreRefused) {
+  RangeImage other = looks_[0].ranges;
+  other.Reset(other.width_px / 3, other.height_px / 3);
+  auto views = Views();
+  views[0].ranges = &other;
   Surface s = BuildSurface(*map_, {0, 0}, kRule);
-  const auto counts = ApplyTexture(s, 0.1, views, {}, encoder_);
-  ASSERT_TRUE(counts);
-  // What has no range in the picture (beyond its ring) is not hidden either.
-  EXPECT_LT(counts->from_pictures, counts->quads / 20);
-  EXPECT_LT(ErrorOf(s), 12.0);  // the voxels' own colours stand in
+  EXPECT_FALSE(ApplyTexture(s, 0.1, views, {}, encoder_));
 }
 
 TEST_F(TexturedStreet, AnAtlasTooSmallIsRefusedAndCoarserTexelsTriedFirst) {
