@@ -92,9 +92,9 @@ Expected<ErrorReport> Ranges(const Arguments& a) {
 }
 
 Expected<ErrorReport> Cloud(const Arguments& a) {
-  const auto truth = kawara::sim::ReadPlyPoints(a.truth);
+  const auto truth = kawara::sim::ReadCloudPoints(a.truth);
   if (!truth) return tl::unexpected(truth.error());
-  const auto result = kawara::sim::ReadPlyPoints(a.result);
+  const auto result = kawara::sim::ReadCloudPoints(a.result);
   if (!result) return tl::unexpected(result.error());
   return kawara::sim::CompareClouds(*truth, *result, a.voxel_m);
 }
@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   CLI::App* ranges = add("ranges", "range images of equal names in two folders, or two files");
   ranges->add_option("--histogram", a.histogram, "CSV of the errors within 2..6 m");
-  CLI::App* cloud = add("cloud", "points on surfaces: two PLY files in the same axes");
+  CLI::App* cloud = add("cloud", "points on surfaces: two PLY or LAS files in the same axes");
   cloud->add_option("--voxel", a.voxel_m, "size of the voxels that are counted [m]")
       ->check(CLI::Range(0.001, 100.0))
       ->capture_default_str();

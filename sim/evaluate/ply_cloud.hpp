@@ -7,10 +7,9 @@
 
 namespace kawara::sim {
 
-/// The vertices of a PLY file (ascii, or binary of either byte order; x, y, z of any number type;
-/// whatever else stands there is passed over). Errors: kNotFound; kFormat with what is wrong and
-/// where.
-core::Expected<std::vector<Eigen::Vector3d>> ReadPlyPoints(const std::string& path);
+/// The finite points of a PLY or LAS file, in its own coordinates, all of them in memory. Errors as
+/// gis::ReadCloud.
+core::Expected<std::vector<Eigen::Vector3d>> ReadCloudPoints(const std::string& path);
 
 /// Writes points as binary little-endian PLY with float coordinates. Errors: kIo.
 core::Expected<void> WritePlyPoints(const std::string& path,

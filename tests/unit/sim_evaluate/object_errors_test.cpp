@@ -100,11 +100,16 @@ TEST(ReadBoxes, BoxesComeBackFromTheirApexes) {
       const std::string apex = "apex" + std::to_string(i);
       file << "," << apex << "_lon_deg," << apex << "_lat_deg," << apex << "_h_m";
     }
-    file << "\ntruck,truck";
-    for (const Eigen::Vector3d& apex : box.apexes_enu_m) {
-      const core::Geodetic g = plane.ToGeodetic(apex);
-      file << "," << g.lon_rad * core::kDegFromRad << "," << g.lat_rad * core::kDegFromRad << ","
-           << g.h_ellipsoidal_m;
+    file << ",t_end";
+    // The second row is history: it says what was there before.
+    for (const char* end : {"", "2026-11-22T12:00:05.000Z"}) {
+      file << "\ntruck,truck";
+      for (const Eigen::Vector3d& apex : box.apexes_enu_m) {
+        const core::Geodetic g = plane.ToGeodetic(apex);
+        file << "," << g.lon_rad * core::kDegFromRad << "," << g.lat_rad * core::kDegFromRad << ","
+             << g.h_ellipsoidal_m;
+      }
+      file << "," << end;
     }
     file << "\n";
   }
