@@ -1,5 +1,6 @@
 #pragma once
 #include <kawara/ahrs_sample_t.hpp>
+#include <kawara/changed_object_t.hpp>
 #include <kawara/clock_t.hpp>
 #include <kawara/command_answer_t.hpp>
 #include <kawara/command_t.hpp>
@@ -25,15 +26,16 @@ namespace kawara::comms {
 template <class F>
 void ForEachMessageType(F&& f) {
   const auto each = [&f]<class... T>(std::type_identity<T>... type) { (f(type), ...); };
-  each(std::type_identity<ahrs_sample_t>{}, std::type_identity<clock_t>{},
-       std::type_identity<command_answer_t>{}, std::type_identity<command_t>{},
-       std::type_identity<config_t>{}, std::type_identity<corrections_t>{},
-       std::type_identity<counters_t>{}, std::type_identity<event_t>{},
-       std::type_identity<frame_t>{}, std::type_identity<gnss_fix_t>{},
-       std::type_identity<log_crc_t>{}, std::type_identity<navigation_t>{},
-       std::type_identity<phase1_t>{}, std::type_identity<pose_t>{},
-       std::type_identity<raw_bytes_t>{}, std::type_identity<robot_pose_t>{},
-       std::type_identity<truth_exposure_t>{}, std::type_identity<truth_object_t>{});
+  each(std::type_identity<ahrs_sample_t>{}, std::type_identity<changed_object_t>{},
+       std::type_identity<clock_t>{}, std::type_identity<command_answer_t>{},
+       std::type_identity<command_t>{}, std::type_identity<config_t>{},
+       std::type_identity<corrections_t>{}, std::type_identity<counters_t>{},
+       std::type_identity<event_t>{}, std::type_identity<frame_t>{},
+       std::type_identity<gnss_fix_t>{}, std::type_identity<log_crc_t>{},
+       std::type_identity<navigation_t>{}, std::type_identity<phase1_t>{},
+       std::type_identity<pose_t>{}, std::type_identity<raw_bytes_t>{},
+       std::type_identity<robot_pose_t>{}, std::type_identity<truth_exposure_t>{},
+       std::type_identity<truth_object_t>{});
 }
 
 }  // namespace kawara::comms

@@ -44,10 +44,18 @@ OGRFieldType OgrType(FieldType type) {
 
 OGRwkbGeometryType OgrType(GeometryKind kind) {
   switch (kind) {
+    case GeometryKind::kPoint:
+      return wkbPoint;
     case GeometryKind::kPointZ:
       return wkbPoint25D;
+    case GeometryKind::kLineString:
+      return wkbLineString;
+    case GeometryKind::kLineStringZ:
+      return wkbLineString25D;
     case GeometryKind::kLineStringZm:
       return wkbLineStringZM;
+    case GeometryKind::kPolygonZ:
+      return wkbPolygon25D;
     case GeometryKind::kMultiPolygonZ:
       return wkbMultiPolygon25D;
     case GeometryKind::kNone:

@@ -111,24 +111,34 @@ constexpr const char* kPanoramaTip =
 
 }  // namespace
 
+namespace {
+
+// Mode 2: start and end fields. Mode 1: one field and a duration, here a second for an event.
+std::string Qml(bool event, const std::string& symbology) {
+  return std::string(
+             "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+             "<qgis version=\"3.22\" styleCategories=\"Symbology|MapTips|Temporal\">"
+             "<temporal enabled=\"1\" mode=\"") +
+         (event ? "1" : "2") + "\" startField=\"t_begin\" endField=\"" + (event ? "" : "t_end") +
+         "\" limitMode=\"0\" accumulate=\"0\" durationField=\"\" durationUnit=\"s\" "
+         "fixedDuration=\"" +
+         (event ? "1" : "0") +
+         "\" startExpression=\"\" "
+         "endExpression=\"\"><fixedRange><start></start><end></end></fixedRange>"
+         "</temporal>" +
+         symbology + "</qgis>\n";
+}
+
+}  // namespace
+
+std::string QmlWithTime(const std::string& symbology) { return Qml(false, symbology); }
+
 std::string QmlStyle(const std::string& layer) {
-  const bool event = layer == kEventLog;
-  // Mode 2: start and end fields. Mode 1: one field and a duration, here a second for an event.
-  const std::string temporal =
-      std::string("<temporal enabled=\"1\" mode=\"") + (event ? "1" : "2") +
-      "\" startField=\"t_begin\" endField=\"" + (event ? "" : "t_end") +
-      "\" limitMode=\"0\" accumulate=\"0\" durationField=\"\" durationUnit=\"s\" fixedDuration=\"" +
-      (event ? "1" : "0") +
-      "\" startExpression=\"\" "
-      "endExpression=\"\"><fixedRange><start></start><end></end></fixedRange>"
-      "</temporal>";
   std::string body;
   if (layer == kObsPose) body = PoseRenderer();
   if (layer == kObsPanorama) body = PanoramaRenderer() + kPanoramaTip;
   if (layer == kTrajectory) body = Single({"line", "", Line("69,117,180", "0.6")});
-  return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-         "<qgis version=\"3.22\" styleCategories=\"Symbology|MapTips|Temporal\">" +
-         temporal + body + "</qgis>\n";
+  return Qml(layer == kEventLog, body);
 }
 
 }  // namespace kawara::gis

@@ -19,7 +19,16 @@ struct Field {
   bool required;  ///< NOT NULL
 };
 
-enum class GeometryKind { kNone, kPointZ, kLineStringZm, kMultiPolygonZ };
+enum class GeometryKind {
+  kNone,
+  kPoint,
+  kPointZ,
+  kLineString,
+  kLineStringZ,
+  kLineStringZm,
+  kPolygonZ,
+  kMultiPolygonZ
+};
 
 struct LayerSchema {
   const char* name;

@@ -4,8 +4,10 @@
 #include <ogrsf_frmts.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "gis/gdal_errors.hpp"
@@ -32,6 +34,12 @@ constexpr auto kStyleFields = std::to_array<Field>({
     {"ui", FieldType::kText, false},
     {"update_time", FieldType::kTime, false},
 });
+/// The layers of a store and how QGIS shows them.
+struct StoreLayers {
+  std::span<const LayerSchema> layers;
+  std::string (*style)(const std::string& layer);
+};
+
 constexpr LayerSchema kStyles{
     kStyleTable, "QGIS layer styles", GeometryKind::kNone, kStyleFields, "id", "", "", "id"};
 
@@ -53,12 +61,17 @@ core::Expected<void> AddIndexes(OgrDataset& dataset, const LayerSchema& schema) 
   };
   auto made = index("UNIQUE ", "_key", schema.key);
   if (made && schema.index[0] != '\0') made = index("", "_order", schema.index);
-  if (made) made = index("", "_begin", "t_begin");
+  const bool timed =
+      std::any_of(schema.fields.begin(), schema.fields.end(),
+                  [](const Field& field) { return std::string_view(field.name) == "t_begin"; });
+  if (made && timed) made = index("", "_begin", "t_begin");
   return made;
 }
 
 /// A default style for every layer that has none; a user's own stays.
-core::Expected<void> AddStyle(OgrDataset& dataset, OGRLayer& styles, const LayerSchema& schema) {
+core::Expected<void> AddStyle(OgrDataset& dataset, OGRLayer& styles, const LayerSchema& schema,
+                              const std::string& qml) {
+  if (qml.empty()) return {};
   const std::string table = SqlText(schema.name);
   const auto there = dataset.QueryInteger(std::string("SELECT count(*) AS n FROM ") + kStyleTable +
                                           " WHERE f_table_name = " + table);
@@ -75,7 +88,6 @@ core::Expected<void> AddStyle(OgrDataset& dataset, OGRLayer& styles, const Layer
     if (!got) return got;
   }
   const bool spatial = schema.geometry != GeometryKind::kNone;
-  const std::string qml = QmlStyle(schema.name);
   OGRFeature f(styles.GetLayerDefn());
   const auto set = [&f](int field, const std::string& value) { f.SetField(field, value.c_str()); };
   set(0, catalog);
@@ -93,7 +105,7 @@ core::Expected<void> AddStyle(OgrDataset& dataset, OGRLayer& styles, const Layer
   return dataset.Write(styles, f);
 }
 
-core::Expected<void> EnsureSchema(OgrDataset& dataset) {
+core::Expected<void> EnsureSchema(OgrDataset& dataset, const StoreLayers& store) {
   if (dataset.Layer(kStyleTable) == nullptr) {
     if (auto made = dataset.CreateLayer(kStyles); !made) return made;
   }
@@ -101,19 +113,20 @@ core::Expected<void> EnsureSchema(OgrDataset& dataset) {
   if (styles == nullptr)
     return core::Fail(core::ErrorCode::kIo, "layer_styles cannot be read back");
   if (auto same = CheckShape(*styles, kStyles); !same) styles = nullptr;  // somebody else's table
-  for (const LayerSchema& schema : Schema()) {
+  for (const LayerSchema& schema : store.layers) {
     OGRLayer* layer = dataset.Layer(schema.name);
     auto done = layer == nullptr ? dataset.CreateLayer(schema) : CheckShape(*layer, schema);
     if (done) done = AddIndexes(dataset, schema);
-    if (done && styles != nullptr) done = AddStyle(dataset, *styles, schema);
+    if (done && styles != nullptr)
+      done = AddStyle(dataset, *styles, schema, store.style(schema.name));
     if (!done) return done;
   }
   return {};
 }
 
-core::Expected<void> EnsureSchemaAtOnce(OgrDataset& dataset) {
+core::Expected<void> EnsureSchemaAtOnce(OgrDataset& dataset, const StoreLayers& store) {
   if (auto begun = dataset.Begin(); !begun) return begun;
-  auto done = EnsureSchema(dataset);
+  auto done = EnsureSchema(dataset, store);
   if (done) done = dataset.Commit();
   if (!done) dataset.Rollback();
   return done;
@@ -130,7 +143,7 @@ core::Expected<void> SyncFile(const std::string& path) {
   return {};
 }
 
-core::Expected<void> CreateFile(const std::filesystem::path& path) {
+core::Expected<void> CreateFile(const std::filesystem::path& path, const StoreLayers& store) {
   const std::filesystem::path folder = path.parent_path();
   if (auto made = MakeFolders(folder); !made) return made;
   const std::string temporary = (folder / ("." + path.filename().string() + ".new")).string();
@@ -142,7 +155,7 @@ core::Expected<void> CreateFile(const std::filesystem::path& path) {
   core::Expected<void> done;
   {
     auto dataset = OgrDataset::CreateGeoPackage(temporary);
-    done = dataset ? EnsureSchemaAtOnce(*dataset) : tl::unexpected(dataset.error());
+    done = dataset ? EnsureSchemaAtOnce(*dataset, store) : tl::unexpected(dataset.error());
   }
   if (done) done = SyncFile(temporary);
   if (done && ::rename(temporary.c_str(), path.c_str()) != 0)
@@ -173,13 +186,19 @@ core::Expected<OgrDataset> OpenPostgis(const std::string& target) {
 }  // namespace
 
 core::Expected<OgrDataset> OpenStore(const std::string& target) {
+  return OpenStore(target, Schema(), QmlStyle);
+}
+
+core::Expected<OgrDataset> OpenStore(const std::string& target, std::span<const LayerSchema> layers,
+                                     std::string (*style)(const std::string& layer)) {
+  const StoreLayers store{layers, style};
   const bool postgis = OgrDataset::IsPostgis(target);
   if (!postgis && !std::filesystem::exists(target)) {
-    if (auto created = CreateFile(target); !created) return tl::unexpected(created.error());
+    if (auto created = CreateFile(target, store); !created) return tl::unexpected(created.error());
   }
   auto dataset = postgis ? OpenPostgis(target) : OgrDataset::Open(target, false);
   if (!dataset) return dataset;
-  if (auto ready = EnsureSchemaAtOnce(*dataset); !ready) {
+  if (auto ready = EnsureSchemaAtOnce(*dataset, store); !ready) {
     core::Error error = ready.error();
     if (error.message.find(WithoutPassword(target)) == std::string::npos)
       error.message = WithoutPassword(target) + ": " + error.message;

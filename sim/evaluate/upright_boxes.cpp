@@ -118,8 +118,10 @@ core::Expected<std::vector<ApexBox>> ReadBoxes(const std::string& path,
   if (!table) return tl::unexpected(table.error());
   const std::string id = *table->ColumnOf({"id", "object_uid"});
   const std::string cls = table->ColumnOf({"class", "class_code"}).value_or("");
+  const std::string end = table->ColumnOf({"t_end"}).value_or("");
   std::vector<ApexBox> boxes;
   for (std::size_t row = 0; row < table->size(); ++row) {
+    if (!end.empty() && !table->Text(row, end).empty()) continue;  // history, or gone
     ApexBox box;
     box.id = table->Text(row, id);
     if (!cls.empty()) box.cls = table->Text(row, cls);

@@ -28,7 +28,8 @@ struct ApexBox {
 double IntersectionOverUnion(const ApexBox& a, const ApexBox& b);
 
 /// Reads boxes of a table (CSV, GeoPackage layer changed_object or object): columns id, class, and
-/// for each apex i = 0..7 apex<i>_lon_deg, apex<i>_lat_deg, apex<i>_h_m. Errors: file, columns,
+/// for each apex i = 0..7 apex<i>_lon_deg, apex<i>_lat_deg, apex<i>_h_m. Where there is a column
+/// t_end, rows that have ended are left out: they say what was there before. Errors: file, columns,
 /// apexes that are no numbers.
 core::Expected<std::vector<ApexBox>> ReadBoxes(const std::string& path,
                                                const core::LocalEnu& plane);
