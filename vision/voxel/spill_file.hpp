@@ -51,6 +51,9 @@ class SpillFile {
   SpillFile& operator=(const SpillFile&) = delete;
   ~SpillFile();
 
+  /// Side of the voxels of an existing file. Errors: kNotFound, kFormat.
+  static core::Expected<double> VoxelOf(const std::string& path);
+
   core::Expected<void> Append(const TileIndex& tile, std::span<const std::uint8_t> payload);
   /// Durable on return. Rewrites the file when more than half of it, and more than 64 MB, is
   /// records that newer ones replaced. Errors as of Open.

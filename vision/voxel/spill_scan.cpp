@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <optional>
 
 #include "vision/voxel/spill_file.hpp"
@@ -19,9 +20,7 @@ std::optional<SpillRecordHeader> HeaderAt(std::span<const std::uint8_t> bytes, s
   return header;
 }
 
-}  // namespace
-
-core::Expected<SpillContents> ScanSpill(std::span<const std::uint8_t> bytes) {
+core::Expected<double> VoxelOfHeader(std::span<const std::uint8_t> bytes) {
   SpillFileHeader file;
   if (bytes.size() < sizeof(file))
     return core::Fail(core::ErrorCode::kFormat, "too short for a voxel spill file");
@@ -30,12 +29,30 @@ core::Expected<SpillContents> ScanSpill(std::span<const std::uint8_t> bytes) {
     return core::Fail(core::ErrorCode::kFormat, "no voxel spill file of this version");
   if (file.crc != CrcOfHeader(file) || !std::isfinite(file.voxel_m) || !(file.voxel_m > 0.0))
     return core::Fail(core::ErrorCode::kFormat, "damaged header of a voxel spill file");
+  return file.voxel_m;
+}
+
+}  // namespace
+
+core::Expected<double> SpillFile::VoxelOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return core::Fail(core::ErrorCode::kNotFound, path + ": cannot be opened");
+  std::array<std::uint8_t, sizeof(SpillFileHeader)> bytes{};
+  in.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  auto voxel_m = VoxelOfHeader({bytes.data(), static_cast<std::size_t>(in.gcount())});
+  if (!voxel_m) return core::Fail(voxel_m.error().code, path + ": " + voxel_m.error().message);
+  return voxel_m;
+}
+
+core::Expected<SpillContents> ScanSpill(std::span<const std::uint8_t> bytes) {
+  const auto voxel_m = VoxelOfHeader(bytes);
+  if (!voxel_m) return tl::unexpected(voxel_m.error());
 
   // `committed` follows `current` at each commit.
   SpillContents current, committed;
-  committed.voxel_m = current.voxel_m = file.voxel_m;
-  committed.committed_bytes = sizeof(file);
-  std::size_t at = sizeof(file);
+  committed.voxel_m = current.voxel_m = *voxel_m;
+  committed.committed_bytes = sizeof(SpillFileHeader);
+  std::size_t at = sizeof(SpillFileHeader);
   bool in_damage = false;
   while (at < bytes.size()) {
     const auto header = HeaderAt(bytes, at);

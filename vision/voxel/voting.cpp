@@ -36,13 +36,6 @@ constexpr auto kGains = [] {
   return gains;
 }();
 
-// Both counters halved before one runs over: their ratio stays, and both are far above any
-// threshold.
-void HalveCounters(Voxel& v) {
-  v.hits /= 2;
-  v.see_through /= 2;
-}
-
 /// Cube of blocks around the camera, addressed directly instead of by hash. Local coordinates are
 /// never negative.
 struct Window {

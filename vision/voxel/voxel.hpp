@@ -25,6 +25,13 @@ struct alignas(32) Voxel {
 };
 static_assert(sizeof(Voxel) == 32);
 
+/// Both counters halved before one runs over: their ratio stays, and both are far above any
+/// threshold.
+inline void HalveCounters(Voxel& v) {
+  v.hits /= 2;
+  v.see_through /= 2;
+}
+
 /// Voxel (x, y, z) covers [x, x + 1) * voxel_m and so on, in the map's frame.
 struct VoxelIndex {
   std::int32_t x = 0, y = 0, z = 0;

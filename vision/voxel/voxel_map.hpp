@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -23,6 +24,15 @@ struct VoxelMapConfig {
   /// A voxel is seen through by a range that exceeds its distance by this many deviations and a
   /// voxel's half diagonal.
   double see_through_sigmas = 3.0;
+};
+
+/// One measured point, of a laser or of anybody's cloud.
+struct PointVote {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< map
+  /// Unit vector to where it was measured from; zero: nobody knows.
+  Eigen::Vector3f to_viewer = Eigen::Vector3f::Zero();
+  float sd_m = 0.03F;
+  std::array<std::uint8_t, 3> colour{};
 };
 
 /// Counts since construction.
@@ -63,6 +73,10 @@ class VoxelMap {
   /// a pose that is not finite or out of the world), those of the spill file; then nothing was
   /// added.
   core::Expected<void> Vote(const RangeView& view);
+  /// Votes of points without a picture; no limit of range. Counts as one picture. A point that is
+  /// not finite or out of the world is left out and counted as dropped_far. Tiles that are spilled
+  /// come back first.
+  core::Expected<void> Vote(std::span<const PointVote> points);
   /// See-through evidence of one picture. Errors as of Vote.
   core::Expected<void> Examine(const RangeView& view);
 

@@ -1,0 +1,40 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <cstddef>
+
+#include "core/expected.hpp"
+#include "vision/change/reference_map.hpp"
+#include "vision/change/road_area.hpp"
+#include "vision/voxel/voxel_map.hpp"
+
+namespace kawara::vision {
+
+struct AlignOptions {
+  double around_m = 12.0;       ///< of the road: surfaces farther away do not count
+  double max_shift_m = 0.35;    ///< more is beyond reason: another place, or wrong poses
+  double max_turn_rad = 0.026;  ///< 1.5 degrees
+  double prior_sd_m = 0.15;     ///< of what RTK and the reference's survey may differ by
+  double prior_turn_sd_rad = 0.006;
+};
+
+/// How the robot's map lies in the reference's.
+struct Alignment {
+  Eigen::Isometry3d reference_from_map = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d shift_m =
+      Eigen::Vector3d::Zero();  ///< east, north, up, at the middle of the road
+  Eigen::Vector3d shift_sd_m = Eigen::Vector3d::Zero();
+  double turn_rad = 0.0;                             ///< counter-clockwise
+  double residual_before_m = 0.0, residual_m = 0.0;  ///< medians of distances to its planes
+  std::size_t surfaces = 0;  ///< voxels that met it; fewer than 50: nothing can be said
+};
+
+/// Shift and turn that bring surfaces that have not changed onto the reference's planes and ground:
+/// least squares of distances along normals, with a redescending weight against what has changed,
+/// and a weight of no shift where nothing stands across. A shift that does not lessen the residuals
+/// is none. Errors: kInvalidArgument, with the shift, if it
+/// is beyond reason.
+core::Expected<Alignment> AlignReference(const VoxelMap& map, const RoadArea& road,
+                                         const OccupancyRule& rule, const ReferenceMap& reference,
+                                         const AlignOptions& options);
+
+}  // namespace kawara::vision

@@ -1,0 +1,36 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "core/changed_object.hpp"
+#include "vision/change/change_points.hpp"
+#include "vision/change/road_area.hpp"
+#include "vision/change/road_axis.hpp"
+
+namespace kawara::vision {
+
+struct WidthOptions {
+  /// Widths that vehicles need, ascending [m]; a station's class is how many of them pass.
+  std::vector<double> classes_m{2.5, 3.0, 4.0};
+  /// Deviation of where the GIS has the road's edge.
+  double edge_sd_m = 0.05;
+  /// Of the ground between two things, so much must have been seen for the gap to count as free;
+  /// what was not looked at is no road to send anybody through.
+  double min_seen_share = 0.3;
+  double most_width_m = 30.0;  ///< a square is cut there
+};
+
+/// What stands on the road, for its width: its box, whose near sides lie where they were measured.
+struct Obstacle {
+  core::UprightBox box;
+  double side_sd_m = 0.05;  ///< of the sides that face the road
+};
+
+/// The road every RoadAxis::kStep along an axis: what of its width is left to pass. An obstacle
+/// takes what its box takes within half a step to either side. Stations at which the axis is
+/// outside of the road are left out. Times and uids are not set.
+std::vector<core::RoadStation> MeasureWidth(const RoadArea& road, const RoadAxis& axis,
+                                            std::span<const Obstacle> obstacles,
+                                            const ChangePoints& look, const WidthOptions& options);
+
+}  // namespace kawara::vision
