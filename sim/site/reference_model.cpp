@@ -213,4 +213,47 @@ core::Expected<void> WriteRoadGeoJson(const SiteConfig& site, const Terrain& ter
                 GeoJsonPolygon(enu, "road", RoadPolygon(site, terrain, true)) + "\n]}\n");
 }
 
+core::Expected<void> WriteGroundGrid(const SiteConfig& site, const Terrain& terrain,
+                                     const std::string& path) {
+  constexpr double kCellDeg = 5e-6;  // half a metre
+  constexpr double kBesideRoad = 12.0;
+  const core::LocalEnu enu(site.origin.Geodetic());
+  double south = 90.0, north = -90.0, west = 360.0, east = -360.0;
+  for (const Vector3d& p : RoadPolygon(site, terrain, true)) {
+    for (const double side : {-kBesideRoad, kBesideRoad}) {
+      const core::Geodetic g = enu.ToGeodetic(p + Vector3d(side, side, 0.0));
+      south = std::min(south, g.lat_rad * core::kDegFromRad);
+      north = std::max(north, g.lat_rad * core::kDegFromRad);
+      west = std::min(west, g.lon_rad * core::kDegFromRad);
+      east = std::max(east, g.lon_rad * core::kDegFromRad);
+    }
+  }
+  const int columns = static_cast<int>(std::ceil((east - west) / kCellDeg));
+  const int rows = static_cast<int>(std::ceil((north - south) / kCellDeg));
+  std::string text = "ncols " + std::to_string(columns) + "\nnrows " + std::to_string(rows) +
+                     "\nxllcorner " + Fixed(west, 10) + "\nyllcorner " + Fixed(south, 10) +
+                     "\ncellsize " + Fixed(kCellDeg, 10) + "\nNODATA_value -9999\n";
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      core::Geodetic g;
+      g.lat_rad = (south + (rows - row - 0.5) * kCellDeg) * core::kRadFromDeg;
+      g.lon_rad = (west + (column + 0.5) * kCellDeg) * core::kRadFromDeg;
+      g.h_ellipsoidal_m = site.origin.h_ellipsoidal_m;
+      const Vector3d p = enu.FromGeodetic(g);
+      const double up_m = terrain.GroundHeight(p.x(), p.y());
+      text += Fixed(enu.ToGeodetic({p.x(), p.y(), up_m}).h_ellipsoidal_m, 3);
+      text += column + 1 == columns ? '\n' : ' ';
+    }
+  }
+  std::string projection = path;
+  projection.replace(projection.rfind('.'), std::string::npos, ".prj");
+  if (auto done = WriteTextFile(projection,
+                                "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\","
+                                "6378137,298.257223563]],PRIMEM[\"Greenwich\",0],"
+                                "UNIT[\"degree\",0.0174532925199433]]\n");
+      !done)
+    return done;
+  return WriteTextFile(path, text);
+}
+
 }  // namespace kawara::sim

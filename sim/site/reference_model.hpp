@@ -47,4 +47,9 @@ core::Expected<void> WriteReferenceCityJson(const SiteConfig& site, const Terrai
 core::Expected<void> WriteRoadGeoJson(const SiteConfig& site, const Terrain& terrain,
                                       const std::string& path);
 
+/// Heights of the ground about the road above the ellipsoid [m], every 5e-6 degrees, as an ESRI
+/// ASCII grid in WGS 84 with its .prj beside it.
+core::Expected<void> WriteGroundGrid(const SiteConfig& site, const Terrain& terrain,
+                                     const std::string& path);
+
 }  // namespace kawara::sim

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/config/config.hpp"
+#include "sim/site/reference_model.hpp"
 #include "sim/site/truth_geopackage.hpp"
 #include "sim/site/truth_objects.hpp"
 #include "sim/vehicle/drive_truth_csv.hpp"
@@ -79,6 +80,11 @@ core::Expected<void> WriteWorldTruth(const SiteWorld& world, const std::filesyst
     done =
         WriteTruthGeoPackage(world.scene(), world.site(), world.terrain(), folder / "truth.gpkg");
   }
+  const auto& site = world.site();
+  const auto& terrain = world.terrain();
+  if (done) done = WriteReferenceCityJson(site, terrain, folder / "reference_city.json");
+  if (done) done = WriteRoadGeoJson(site, terrain, folder / "reference_road.geojson");
+  if (done) done = WriteGroundGrid(site, terrain, folder / "reference_ground.asc");
   if (done) done = WriteText(folder / "site.yaml", core::config::Dump(world.site()));
   if (done) done = WriteText(folder / "robot.yaml", core::config::Dump(world.robot()));
   return done;

@@ -14,6 +14,8 @@ namespace kawara::sim {
 ///                          and when (see WriteObjectsCsv)
 ///   truth_new_objects.csv  those of them that the reference does not know
 ///   truth.gpkg             objects, reference buildings and roads for QGIS
+///   reference_city.json, reference_road.geojson, reference_ground.asc: the place before, as a GIS
+///                          knew it, for kawara-reference
 ///   site.yaml, robot.yaml  as resolved; reading them again gives the same world
 /// Errors: kIo with the file's name.
 core::Expected<void> WriteWorldTruth(const SiteWorld& world, const std::filesystem::path& folder);

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "core/geodesy.hpp"
 #include "tests/support/test_doughnut.hpp"
 #include "vision/camera/doughnut_camera.hpp"
@@ -39,6 +42,19 @@ TEST(CameraRays, PixelsPerSteradianAddUpToTheSphere) {
   for (std::int32_t i = 0; i < 200 * 100; ++i)
     sphere_sr += 1.0 / static_cast<double>(rays.PixelsPerSteradian(i));
   EXPECT_NEAR(sphere_sr, 4.0 * core::kPi, 0.005);
+}
+
+TEST(CameraRays, SomebodyElsesRaysAreUsedAndNotCopied) {
+  const auto camera = DoughnutCamera::Create(TestDoughnut(100));
+  const CameraRays own(*camera);
+  CameraRays others(*camera, {own.x(), own.y(), own.z()});
+  const CameraRays moved = std::move(others);
+  EXPECT_EQ(moved.x(), own.x());
+  EXPECT_EQ(moved.memory_bytes() + 3 * own.pixels() * sizeof(float), own.memory_bytes());
+  for (std::size_t i = 0; i < own.pixels(); ++i) {
+    if (std::isnan(own.x()[i])) continue;
+    ASSERT_EQ(moved.PixelOf(own.ray(i)), own.PixelOf(own.ray(i)));
+  }
 }
 
 TEST(CameraRays, NothingIsSeenOutsideTheField) {

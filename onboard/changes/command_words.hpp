@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/geodesy.hpp"
+#include "core/time.hpp"
+
+namespace kawara::changes {
+
+// Words of the command lines of kawara-changes and kawara-reference. Errors: kInvalidArgument.
+
+/// "35.3606,139.5310,52.0": latitude, longitude [deg], ellipsoidal height [m].
+core::Expected<core::Geodetic> ParseOrigin(const std::string& word);
+/// "2.5,3,4": numbers.
+core::Expected<std::vector<double>> ParseNumbers(const std::string& word);
+/// ISO 8601, with or without the time of day.
+core::Expected<core::UtcTime> ParseTime(const std::string& word);
+/// The same; empty: when the file was last written.
+core::Expected<core::UtcTime> TimeOr(const std::string& word, const std::string& file);
+
+}  // namespace kawara::changes
