@@ -33,10 +33,9 @@ core::ChangedObject ObjectOf(const ChangeRegion& region, const FittedBox& fitted
   return object;
 }
 
-double SideDeviation(const core::ChangedObject& object) {
-  // Of the side across the road: half of size and centre each hold a part of it.
-  const double across = std::sqrt(std::max(0.0, object.covariance(4, 4)));
-  return std::clamp(across / 2.0, 0.02, 0.5);
+/// Of a side across a dimension (row of the covariance): half of size and centre each hold a part.
+double SideDeviation(const core::ChangedObject& object, int row) {
+  return std::clamp(std::sqrt(std::max(0.0, object.covariance(row, row))) / 2.0, 0.02, 0.5);
 }
 
 }  // namespace
@@ -67,9 +66,16 @@ Findings FindChanges(const VoxelMap& map, const RoadArea& road, const std::vecto
                                  : FitBox(region, up_m, cut_m, box);
     findings.changes.push_back({ObjectOf(region, fitted, box), std::move(region)});
   }
+  // Where the road lies, the robot's map may lie a little off: the width is the reference's.
   std::vector<Obstacle> obstacles;
-  for (const FoundChange& change : findings.changes)
-    obstacles.push_back({change.object.box, SideDeviation(change.object)});
+  for (const FoundChange& change : findings.changes) {
+    Obstacle obstacle{change.object.box, SideDeviation(change.object, 4),
+                      SideDeviation(change.object, 3)};
+    const Eigen::Matrix3d R = reference_from_map.linear();
+    obstacle.box.centre_m = reference_from_map * obstacle.box.centre_m;
+    obstacle.box.heading_rad -= std::atan2(R(1, 0), R(0, 0));
+    obstacles.push_back(obstacle);
+  }
   for (const RoadAxis& axis : axes) {
     auto stations = MeasureWidth(road, axis, obstacles, findings.look, options.width);
     for (core::RoadStation& station : stations) {

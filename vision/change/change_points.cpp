@@ -48,8 +48,9 @@ ChangePoints FindChangePoints(const VoxelMap& map, const RoadArea& road, const G
       options.rule, [&](const OccupiedVoxel& occupied) {
         ChangePoint point = PointOf(occupied, voxel_m);
         const Eigen::Vector2d plane = point.position_m.head<2>();
-        if (road.SignedDistance(plane) < -options.margin_m) return;
+        // The road lies in the reference's frame, as its ground and surfaces do.
         const Eigen::Vector3d in_reference = reference_from_map * point.position_m;
+        if (road.SignedDistance(in_reference.head<2>()) < -options.margin_m) return;
         const auto up = ground.At(in_reference.head<2>());
         if (!up) {
           ++result.no_ground;

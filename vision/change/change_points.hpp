@@ -19,8 +19,8 @@ struct ChangeOptions {
   double max_height_m = 4.5;
   /// Things are looked for this far beyond the road's edge.
   double margin_m = 0.3;
-  /// Known to 5 cm.
-  OccupancyRule rule{.min_hits = 6, .min_weight = 400.0, .min_hit_share = 0.5};
+  /// Known to 3.5 cm.
+  OccupancyRule rule{.min_hits = 6, .min_weight = 800.0, .min_hit_share = 0.5};
   /// Seen from places as far apart as 1 - mean cosine says (0.0006: 2 degrees rms): one picture's
   /// blunder is seen from one. For clouds of one standpoint: 0.
   double min_view_spread = 0.0006;

@@ -69,13 +69,14 @@ bool Clip(const core::UprightBox& box, const Section& section, double half, Take
 }
 
 std::vector<Taken> TakenAt(const Section& section, std::span<const Obstacle> obstacles) {
-  constexpr double kHalf = RoadAxis::kStep / 2.0;
+  constexpr double kHalf = RoadAxis::kStep / 2.0, kMostEnd = 0.5;
   std::vector<Taken> all;
   for (const Obstacle& obstacle : obstacles) {
-    const double reach = obstacle.box.size_m.head<2>().norm() / 2.0 + kHalf;
+    const double half = kHalf + 2.0 * std::min(obstacle.end_sd_m, kMostEnd);
+    const double reach = obstacle.box.size_m.head<2>().norm() / 2.0 + half;
     if (std::abs(section.Along(obstacle.box.centre_m.head<2>())) > reach) continue;
     Taken taken{0.0, 0.0, obstacle.side_sd_m};
-    if (!Clip(obstacle.box, section, kHalf, taken)) continue;
+    if (!Clip(obstacle.box, section, half, taken)) continue;
     taken.begin_m = std::max(taken.begin_m, 0.0);
     taken.end_m = std::min(taken.end_m, section.width_m());
     if (taken.end_m > taken.begin_m) all.push_back(taken);

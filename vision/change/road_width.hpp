@@ -24,6 +24,7 @@ struct WidthOptions {
 struct Obstacle {
   core::UprightBox box;
   double side_sd_m = 0.05;  ///< of the sides that face the road
+  double end_sd_m = 0.0;    ///< of its ends along the road: the stations there may be blocked too
 };
 
 /// The road every RoadAxis::kStep along an axis: what of its width is left to pass. An obstacle
