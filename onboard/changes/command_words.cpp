@@ -4,8 +4,10 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 
 #include "core/iso8601.hpp"
+#include "onboard/mapper/model_store.hpp"
 
 namespace kawara::changes {
 
@@ -29,12 +31,20 @@ core::Expected<std::vector<double>> ParseNumbers(const std::string& word) {
 }
 
 core::Expected<core::Geodetic> ParseOrigin(const std::string& word) {
+  std::error_code error;
+  if (std::filesystem::is_directory(word, error)) {
+    const auto origin = mapper::ModelStore::OriginOf(word);
+    if (origin) return *origin;
+    return core::Fail(core::ErrorCode::kInvalidArgument,
+                      word + ": holds no model of kawara-mapper that says where it lies");
+  }
   const auto numbers = ParseNumbers(word);
   if (!numbers || numbers->size() != 3 || !(std::abs((*numbers)[0]) <= 90.0) ||
       !(std::abs((*numbers)[1]) <= 360.0))
     return core::Fail(core::ErrorCode::kInvalidArgument,
                       "'" + word +
-                          "': expected LATITUDE,LONGITUDE,HEIGHT in degrees and metres above the "
+                          "': expected the folder of a model, or LATITUDE,LONGITUDE,HEIGHT in "
+                          "degrees and metres above the "
                           "ellipsoid, as 35.3606,139.5310,52.0");
   return core::Geodetic{(*numbers)[0] * core::kRadFromDeg, (*numbers)[1] * core::kRadFromDeg,
                         (*numbers)[2]};

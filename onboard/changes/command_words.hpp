@@ -10,7 +10,8 @@ namespace kawara::changes {
 
 // Words of the command lines of kawara-changes and kawara-reference. Errors: kInvalidArgument.
 
-/// "35.3606,139.5310,52.0": latitude, longitude [deg], ellipsoidal height [m].
+/// "35.3606,139.5310,52.0": latitude, longitude [deg], ellipsoidal height [m]; or the folder of a
+/// model of kawara-mapper: its map's.
 core::Expected<core::Geodetic> ParseOrigin(const std::string& word);
 /// "2.5,3,4": numbers.
 core::Expected<std::vector<double>> ParseNumbers(const std::string& word);

@@ -82,8 +82,8 @@ int main(int argc, char** argv) {
       ->expected(1, -1);
   app.add_option("--road-name", options.road_name, "of the road's shapes only those of this name");
   app.add_option("--origin", origin,
-                 "LATITUDE,LONGITUDE,HEIGHT of the map [deg, deg, m above the ellipsoid]; else the "
-                 "first file's that has one");
+                 "of the map: the folder of a model of kawara-mapper, or LATITUDE,LONGITUDE,HEIGHT "
+                 "[deg, deg, m above the ellipsoid]; else the first file's that has one");
   app.add_flag("--local", options.local,
                "the files are in metres east, north, up of the map, whatever they say");
   app.add_option("--date", date, "when all this was true, ISO 8601");
