@@ -17,6 +17,7 @@ constexpr double kSharp = 1.5;          // of a side over the mean density
 constexpr double kNearSide = 0.25;      // m: points of a side
 constexpr double kLeastCover = 0.4;     // of a side's length
 constexpr double kCutShort = 0.30;      // m from the edge of what was searched
+constexpr double kFaceEndSd = 0.20;     // m: of where a side seen at a slant ends
 constexpr double kInside = 0.25;        // share of points on no side
 constexpr double kSecondHeading = 3.0;  // log-likelihood that it may lack
 constexpr double kQuarter = core::kPi / 2.0;
@@ -193,6 +194,8 @@ struct Side {
   double at_m = 0.0, sd_m = 0.1;
   bool seen = false;   ///< as a plane
   bool ended = false;  ///< as a plane, or as an end that somebody looked at: a sloping bonnet
+  bool was_cut = false;
+  bool by_face = false;  ///< not itself, but a plane beside it was seen, which ends there
 };
 
 class SideFinder {
@@ -221,6 +224,7 @@ class SideFinder {
     const Look end =
         LookAt(axis, other, direction, sign, side.at_m - kDeepEnd, side.at_m + kDeepEnd);
     side.ended = end.looked_at && end.cover >= kLeastCover;
+    side.was_cut = end.was_cut;
     return side;
   }
 
@@ -235,6 +239,7 @@ class SideFinder {
     double near = 0.0;       ///< how many
     double spread = 0.0;     ///< sum of squares from the middle
     double cover = 0.0;      ///< share of the slice's length that has any
+    bool was_cut = false;    ///< by the area's edge
     bool looked_at = false;  ///< from outside, and not cut off by the area's edge
   };
   Look LookAt(const Axis& axis, const Axis& other, const Eigen::Vector2d& direction, double sign,
@@ -263,7 +268,8 @@ class SideFinder {
     look.cover = static_cast<double>(std::count(covered.begin(), covered.end(), true)) /
                  static_cast<double>(covered.size());
     const bool turned_away = known > 0.5 * look.near && facing < kLeastFacing * known;
-    look.looked_at = look.near > 0.0 && !turned_away && cut <= 0.5 * look.near;
+    look.was_cut = cut > 0.5 * look.near;
+    look.looked_at = look.near > 0.0 && !turned_away && !look.was_cut;
     return look;
   }
 
@@ -312,9 +318,17 @@ Candidate Measure(const Points& points, const BoxOptions& options,
   c.top_seen = top.sharpness > 2.0;
   c.height_m = c.top_seen ? std::max(top.at_m, up.voxels.UpperEdge() - 0.1) : up.voxels.UpperEdge();
   const double regular = Regular(points, along, across, c.height_m);
+  // Who sees a plane side sees all of it: the box reaches from its one edge to the other.
+  for (std::size_t i = 0; i < 4; ++i) {
+    Side& end = c.sides[i];
+    if (end.ended || end.was_cut || !(c.sides[(i + 1) % 4].seen || c.sides[(i + 3) % 4].seen))
+      continue;
+    end.by_face = true;
+    end.sd_m = kFaceEndSd;
+  }
   const auto extent = [&](const Side& a, const Side& b) {
     return SeenExtent{std::max(0.05, a.at_m - b.at_m), std::hypot(a.sd_m, b.sd_m),
-                      a.ended && b.ended};
+                      (a.ended || a.by_face) && (b.ended || b.by_face)};
   };
   c.size = GuessSize({extent(c.sides[0], c.sides[2]), extent(c.sides[1], c.sides[3]),
                       SeenExtent{c.height_m, 0.07, true}},
