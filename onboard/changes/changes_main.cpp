@@ -11,17 +11,7 @@
 
 namespace {
 
-int Fail(const std::string& message, int status) {
-  std::fprintf(stderr, "kawara-changes: %s\n", message.c_str());
-  return status;
-}
-
-int Fail(const kawara::core::Error& error) {
-  using kawara::core::ErrorCode;
-  const bool theirs =
-      error.code == ErrorCode::kInvalidArgument || error.code == ErrorCode::kNotFound;
-  return Fail(error.message, theirs ? 2 : 1);
-}
+using kawara::changes::Fail;
 
 void Print(const kawara::core::ChangedObject& object) {
   const auto& box = object.box;
@@ -114,7 +104,13 @@ int main(int argc, char** argv) {
   options.say = [](const std::string& line) {
     std::fprintf(stderr, "kawara-changes: %s\n", line.c_str());
   };
-  if (method == "paper") options.finder.method = kawara::vision::ChangeMethod::kPaper;
+  if (method == "paper") {
+    const double margin_m = options.finder.change.margin_m;
+    const double min_height_m = options.finder.change.min_height_m;
+    options.finder = kawara::vision::PaperFinder();
+    options.finder.change.margin_m = margin_m;
+    options.finder.change.min_height_m = min_height_m;
+  }
   if (!origin.empty()) {
     const auto parsed = kawara::changes::ParseOrigin(origin);
     if (!parsed) return Fail("--origin " + parsed.error().message, 2);

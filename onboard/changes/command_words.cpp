@@ -2,8 +2,10 @@
 
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 
 #include "core/iso8601.hpp"
@@ -62,6 +64,17 @@ core::Expected<core::UtcTime> TimeOr(const std::string& word, const std::string&
     return core::Fail(core::ErrorCode::kNotFound, file + ": there is no such file");
   return core::UtcTime::FromNs(std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 +
                                status.st_mtim.tv_nsec);
+}
+
+int Fail(const std::string& message, int status) {
+  std::fprintf(stderr, "%s: %s\n", program_invocation_short_name, message.c_str());
+  return status;
+}
+
+int Fail(const core::Error& error) {
+  const bool theirs =
+      error.code == core::ErrorCode::kInvalidArgument || error.code == core::ErrorCode::kNotFound;
+  return Fail(error.message, theirs ? 2 : 1);
 }
 
 }  // namespace kawara::changes

@@ -20,4 +20,9 @@ core::Expected<core::UtcTime> ParseTime(const std::string& word);
 /// The same; empty: when the file was last written.
 core::Expected<core::UtcTime> TimeOr(const std::string& word, const std::string& file);
 
+/// One line "PROGRAM: message" on standard error; gives `status` back.
+int Fail(const std::string& message, int status);
+/// The same with the status of an error: 2 for what the user can mend in the command, else 1.
+int Fail(const core::Error& error);
+
 }  // namespace kawara::changes

@@ -11,17 +11,7 @@
 
 namespace {
 
-int Fail(const std::string& message, int status) {
-  std::fprintf(stderr, "kawara-reference: %s\n", message.c_str());
-  return status;
-}
-
-int Fail(const kawara::core::Error& error) {
-  using kawara::core::ErrorCode;
-  const bool theirs =
-      error.code == ErrorCode::kInvalidArgument || error.code == ErrorCode::kNotFound;
-  return Fail(error.message, theirs ? 2 : 1);
-}
+using kawara::changes::Fail;
 
 int Show(const std::string& file) {
   const auto reference = kawara::vision::ReadReference(file);

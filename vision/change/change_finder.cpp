@@ -40,6 +40,18 @@ double SideDeviation(const core::ChangedObject& object, int row) {
 
 }  // namespace
 
+FinderOptions PaperFinder() {
+  constexpr double kAnyDeviation = 1e3;
+  FinderOptions options;
+  options.method = ChangeMethod::kPaper;
+  options.change.sigmas = kAnyDeviation;
+  options.change.min_view_spread = 0.0;
+  options.change.rule = {.min_hits = 20, .min_weight = 0.0, .min_hit_share = 0.0};
+  options.region.min_skirt_share = 0.0;
+  options.region.min_hidden_m2 = 0.0;
+  return options;
+}
+
 Findings FindChanges(const VoxelMap& map, const RoadArea& road, const std::vector<RoadAxis>& axes,
                      const GroundField& ground, const ReferenceMap& reference,
                      const Eigen::Isometry3d& reference_from_map, const FinderOptions& options) {

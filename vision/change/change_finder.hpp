@@ -24,6 +24,10 @@ struct FinderOptions {
   WidthOptions width;
 };
 
+/// Options of the paper's method: a voxel of enough votes within half a metre of the reference is
+/// the reference, whatever the deviations; nothing is asked of who saw it.
+FinderOptions PaperFinder();
+
 /// An object as far as one look knows it: uid, revision and times are the tracker's to give.
 struct FoundChange {
   core::ChangedObject object;

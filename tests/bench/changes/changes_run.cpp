@@ -139,15 +139,8 @@ int Main(const ChangeDrive::Options& options, const std::string& kind) {
     examine_s += CpuSeconds() - voted;
     vote_s += voted - start;
   }
-  vision::FinderOptions finder;
-  if (kind == "paper") {
-    finder.method = vision::ChangeMethod::kPaper;
-    finder.change.sigmas = 1e3;  // everything within half a metre of the reference is the reference
-    finder.change.min_view_spread = 0.0;
-    finder.change.rule = {.min_hits = 20, .min_weight = 0.0, .min_hit_share = 0.0};
-    finder.region.min_skirt_share = 0.0;
-    finder.region.min_hidden_m2 = 0.0;
-  }
+  const vision::FinderOptions finder =
+      kind == "paper" ? vision::PaperFinder() : vision::FinderOptions{};
   const double start = CpuSeconds();
   const auto alignment = vision::AlignReference(*map, road, finder.change.rule, reference, {});
   const double aligned = CpuSeconds();
