@@ -450,6 +450,14 @@ FittedBox FitBoxPaper(const ChangeRegion& region, double ground_m, double headin
   const Eigen::Vector3d middle = (low + high) / 2.0;
   const Eigen::Vector2d centre = middle.x() * forward + middle.y() * left;
   fitted.box = {{centre.x(), centre.y(), middle.z()}, high - low, heading_rad};
+  // The paper states 50 cm of its model and nothing of its boxes: half a voxel for every side, and
+  // axes of the road as far as things stand along it.
+  constexpr double kSideSd = 0.25, kHeadingSd = 0.1;
+  Candidate candidate;
+  candidate.heading_rad = heading_rad;
+  for (Side& side : candidate.sides) side.sd_m = kSideSd;
+  candidate.height_sd_m = kSideSd;
+  FillCovariance(candidate, BoxOptions{}, kHeadingSd, fitted);
   fitted.side_seen.fill(true);
   fitted.size.probability = 0.0;
   fitted.size.size_m = fitted.box.size_m;
