@@ -1,6 +1,8 @@
 #include "core/changed_object.hpp"
 
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace kawara::core {
 
@@ -21,6 +23,42 @@ std::array<Eigen::Vector3d, 8> UprightBox::Apexes() const {
     apexes[i + 4] = {at.x(), at.y(), centre_m.z() + size_m.z() / 2};
   }
   return apexes;
+}
+
+// Clipping after Sutherland and Hodgman (CACM 1974): convex by convex.
+double SharedFloor(const UprightBox& a, const UprightBox& b) {
+  std::vector<Eigen::Vector2d> ring;
+  const auto apexes = a.Apexes();
+  for (std::size_t i = 0; i < 4; ++i) ring.emplace_back((apexes[i] - b.centre_m).head<2>());
+  const auto clip = [&ring](const Eigen::Vector2d& outwards, double half_m) {
+    std::vector<Eigen::Vector2d> kept;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d &p = ring[i], &q = ring[(i + 1) % ring.size()];
+      const double before = p.dot(outwards) - half_m, after = q.dot(outwards) - half_m;
+      if (before <= 0.0) kept.push_back(p);
+      if ((before < 0.0 && after > 0.0) || (before > 0.0 && after < 0.0))
+        kept.emplace_back(p + before / (before - after) * (q - p));
+    }
+    ring = std::move(kept);
+  };
+  clip(b.Forward(), b.size_m.x() / 2);
+  clip(-b.Forward(), b.size_m.x() / 2);
+  clip(b.Left(), b.size_m.y() / 2);
+  clip(-b.Left(), b.size_m.y() / 2);
+  double twice = 0.0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d &p = ring[i], &q = ring[(i + 1) % ring.size()];
+    twice += p.x() * q.y() - q.x() * p.y();
+  }
+  return std::abs(twice) / 2;
+}
+
+std::array<Eigen::Vector3d, 4> UprightBox::CornersOf(BoxSide side) const {
+  constexpr std::array<std::array<std::size_t, 4>, kBoxSides> kApexes{
+      {{7, 4, 0, 3}, {4, 5, 1, 0}, {5, 6, 2, 1}, {6, 7, 3, 2}, {4, 7, 6, 5}}};
+  const auto apexes = Apexes();
+  const auto& of_side = kApexes[static_cast<std::size_t>(side)];
+  return {apexes[of_side[0]], apexes[of_side[1]], apexes[of_side[2]], apexes[of_side[3]]};
 }
 
 const char* ToString(BoxSide side) {

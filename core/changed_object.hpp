@@ -14,6 +14,10 @@
 /// `gis` and `comms` carry them.
 namespace kawara::core {
 
+enum class BoxSide : std::uint8_t { kFront = 0, kLeft = 1, kRear = 2, kRight = 3, kTop = 4 };
+constexpr std::size_t kBoxSides = 5;
+const char* ToString(BoxSide side);  ///< "front", "left", "rear", "right", "top"
+
 /// A box standing upright with a heading; the eight apexes follow from it.
 struct UprightBox {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< of the volume
@@ -26,11 +30,13 @@ struct UprightBox {
   /// 0 to 3 the floor (front left, rear left, rear right, front right: counter-clockwise from
   /// above), 4 to 7 the top above them: the paper's section 5 C.
   std::array<Eigen::Vector3d, 8> Apexes() const;
+  /// Looking at a side from outside: upper left, upper right, lower right, lower left. Of the top:
+  /// looking down with the front upwards.
+  std::array<Eigen::Vector3d, 4> CornersOf(BoxSide side) const;
 };
 
-enum class BoxSide : std::uint8_t { kFront = 0, kLeft = 1, kRear = 2, kRight = 3, kTop = 4 };
-constexpr std::size_t kBoxSides = 5;
-const char* ToString(BoxSide side);  ///< "front", "left", "rear", "right", "top"
+/// Area that two boxes' floors share, seen from above [m^2].
+double SharedFloor(const UprightBox& a, const UprightBox& b);
 
 /// What became of an object since its last revision.
 enum class ChangeState : std::uint8_t {

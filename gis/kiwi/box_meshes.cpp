@@ -8,11 +8,6 @@
 namespace kawara::gis {
 namespace {
 
-/// A side's corners as seen from outside: upper left, upper right, lower right, lower left (of the
-/// top: looking down, front upwards), as numbers of the apexes. By BoxSide.
-constexpr std::array<std::array<std::size_t, 4>, core::kBoxSides> kCorners{
-    {{7, 4, 0, 3}, {4, 5, 1, 0}, {5, 6, 2, 1}, {6, 7, 3, 2}, {4, 7, 6, 5}}};
-
 std::array<float, 3> Floats(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
@@ -25,9 +20,8 @@ std::string MeshName(const core::ChangedObject& object, std::size_t number) {
 }
 
 void AddSide(core::TexturedMesh& mesh, const core::UprightBox& box, std::size_t side) {
-  const auto apexes = box.Apexes();
-  std::array<Eigen::Vector3d, 4> corners;
-  for (std::size_t i = 0; i < 4; ++i) corners[i] = apexes[kCorners[side][i]] - box.centre_m;
+  auto corners = box.CornersOf(static_cast<core::BoxSide>(side));
+  for (Eigen::Vector3d& corner : corners) corner -= box.centre_m;
   const Eigen::Vector3d normal =
       (corners[3] - corners[0]).cross(corners[1] - corners[0]).normalized();
   const auto first = static_cast<std::uint32_t>(mesh.positions_m.size());
@@ -58,9 +52,9 @@ std::vector<core::TexturedMesh> BoxMeshes(const SurveyObjects& survey) {
     std::array<bool, core::kBoxSides> has_picture{};
     if (const auto found = survey.textures.find(object.uid);
         found != survey.textures.end() && !found->second.atlas_jpeg.empty()) {
-      const ObjectTextures& textures = found->second;
+      const core::ObjectTextures& textures = found->second;
       pictured.texture_jpeg = textures.atlas_jpeg;
-      for (const FaceTexture& face : textures.faces) {
+      for (const core::FaceTexture& face : textures.faces) {
         const auto side = static_cast<std::size_t>(face.side);
         if (std::exchange(has_picture[side], true)) continue;
         AddSide(pictured, object.box, side);

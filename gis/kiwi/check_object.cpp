@@ -111,7 +111,7 @@ core::Expected<void> CheckStation(const core::RoadStation& station) {
   return {};
 }
 
-core::Expected<void> CheckTextures(const ObjectTextures& textures) {
+core::Expected<void> CheckTextures(const core::ObjectTextures& textures) {
   const auto wrong = [](const std::string& what) {
     return core::Fail(core::ErrorCode::kInvalidArgument, "textures: " + what);
   };
@@ -125,7 +125,7 @@ core::Expected<void> CheckTextures(const ObjectTextures& textures) {
   if (size->width != textures.width_px || size->height != textures.height_px)
     return wrong("the picture is not of the size stated");
   std::set<core::BoxSide> seen;
-  for (const FaceTexture& face : textures.faces) {
+  for (const core::FaceTexture& face : textures.faces) {
     if (static_cast<std::size_t>(face.side) >= core::kBoxSides || !seen.insert(face.side).second)
       return wrong("a side named twice, or none");
     for (const auto& [x, y] : face.corners_px) {
@@ -133,6 +133,7 @@ core::Expected<void> CheckTextures(const ObjectTextures& textures) {
         return wrong("a corner outside of the picture");
     }
     if (!IsCleanText(face.source, kMaxTextBytes)) return wrong("the name of a source");
+    if (!IsShare(face.seen_share)) return wrong("a seen share outside of 0..1");
   }
   return {};
 }

@@ -1,7 +1,7 @@
 #pragma once
 #include "core/changed_object.hpp"
 #include "core/expected.hpp"
-#include "gis/kiwi/object_textures.hpp"
+#include "core/object_textures.hpp"
 
 /// What a register may hold. Objects come over a radio, too: nothing in them is believed.
 /// kInvalidArgument with the object's name and the first thing that is wrong.
@@ -15,6 +15,6 @@ core::Expected<void> CheckObject(const core::ChangedObject& object);
 /// Named road, finite figures, edges apart, unknown share 0..1.
 core::Expected<void> CheckStation(const core::RoadStation& station);
 /// No atlas and no faces, or a whole JPEG of the stated size, every side at most once and inside.
-core::Expected<void> CheckTextures(const ObjectTextures& textures);
+core::Expected<void> CheckTextures(const core::ObjectTextures& textures);
 
 }  // namespace kawara::gis

@@ -120,7 +120,7 @@ core::Expected<void> WriteObjectsKmz(const std::filesystem::path& path,
                                      const SurveyObjects& survey) {
   const core::LocalEnu map(survey.origin);
   std::string objects, stations;
-  std::vector<std::pair<std::string, const ObjectTextures*>> pictures;
+  std::vector<std::pair<std::string, const core::ObjectTextures*>> pictures;
   for (const core::ChangedObject& object : survey.objects) {
     std::string picture;
     if (const auto found = survey.textures.find(object.uid);

@@ -8,8 +8,8 @@
 #include "core/changed_object.hpp"
 #include "core/expected.hpp"
 #include "core/geodesy.hpp"
+#include "core/object_textures.hpp"
 #include "core/textured_mesh.hpp"
-#include "gis/kiwi/object_textures.hpp"
 
 /// What changed, in the files other programs take: each its own small one, whole or not written at
 /// all (whole_file.hpp gives the errors), the same objects the same bytes. The eight apexes are in
@@ -22,7 +22,7 @@ struct SurveyObjects {
   std::string survey;
   std::vector<core::ChangedObject> objects = {};
   std::vector<core::RoadStation> stations = {};
-  std::map<std::string, ObjectTextures> textures = {};  ///< by uid
+  std::map<std::string, core::ObjectTextures> textures = {};  ///< by uid
 };
 
 /// GeoJSON (RFC 7946): a feature an object (outline of its floor) and one a station (line across

@@ -105,23 +105,25 @@ bool RangesFit(const TextureView& view) {
   if (view.ranges == nullptr) return true;
   const int width = view.camera.width_px(), height = view.camera.height_px();
   const RangeImage& ranges = *view.ranges;
+  const auto pixels =
+      static_cast<std::size_t>(ranges.width_px) * static_cast<std::size_t>(ranges.height_px);
+  if (ranges.range_m.size() != pixels || (!ranges.sd_m.empty() && ranges.sd_m.size() != pixels))
+    return false;
   return (ranges.width_px == width && ranges.height_px == height) ||
          (ranges.width_px == (width + 1) / 2 && ranges.height_px == (height + 1) / 2);
 }
 
-core::Expected<void> CheckViews(std::span<const TextureView> views) {
-  for (const TextureView& view : views) {
-    const bool same = view.picture.width_px == view.camera.width_px() &&
-                      view.picture.height_px == view.camera.height_px() && !view.picture.empty();
-    if (!same || !RangesFit(view) || !view.map_from_camera.matrix().allFinite())
-      return core::Fail(core::ErrorCode::kInvalidArgument,
-                        "texture: picture, distance image and camera differ in size, or a pose is "
-                        "not finite");
-  }
+}  // namespace
+
+core::Expected<void> CheckView(const TextureView& view) {
+  const bool same = view.picture.width_px == view.camera.width_px() &&
+                    view.picture.height_px == view.camera.height_px() && !view.picture.empty();
+  if (!same || !RangesFit(view) || !view.map_from_camera.matrix().allFinite())
+    return core::Fail(core::ErrorCode::kInvalidArgument,
+                      "texture: picture, distance image and camera differ in size, or a pose is "
+                      "not finite");
   return {};
 }
-
-}  // namespace
 
 RangeImage RangesForTexture(const RangeImage& ranges) {
   RangeImage half;
@@ -140,7 +142,8 @@ RangeImage RangesForTexture(const RangeImage& ranges) {
 core::Expected<TextureCounts> ApplyTexture(Surface& surface, double voxel_m,
                                            std::span<const TextureView> views,
                                            const TextureConfig& config, JpegEncoder& encoder) {
-  if (auto good = CheckViews(views); !good) return tl::unexpected(good.error());
+  for (const TextureView& view : views)
+    if (auto good = CheckView(view); !good) return tl::unexpected(good.error());
   TextureCounts counts{.quads = surface.quads.size()};
   if (surface.quads.empty()) return counts;
   int patch_px = std::max(kLeastPatchPx,

@@ -22,6 +22,9 @@ struct TextureView {
   Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
 };
 
+/// kInvalidArgument: picture, distance image and camera differ in size, or the pose is not finite.
+core::Expected<void> CheckView(const TextureView& view);
+
 /// An eighth of the memory and still enough to tell what hides what: every second pixel of every
 /// second row from the first, sizes rounded up, without deviations.
 RangeImage RangesForTexture(const RangeImage& ranges);

@@ -21,19 +21,9 @@ double Score(const TextureView& view, const QuadPlace& quad, double voxel_m, dou
   const double cosine = quad.normal.dot(to_camera) / distance_m;
   if (!(cosine > least_cos)) return 0.0;
   double score = cosine / (distance_m * distance_m);
-  if (view.ranges != nullptr) {
-    const int step = view.ranges->width_px < view.picture.width_px ? 2 : 1;
-    const std::size_t i = view.ranges->index(static_cast<int>(std::lround(pixel.x())) / step,
-                                             static_cast<int>(std::lround(pixel.y())) / step);
-    const auto range_m = static_cast<double>(view.ranges->range_m[i]);
-    const double sd_m = view.ranges->sd_m.empty() ? kUnstatedSd * distance_m
-                                                  : static_cast<double>(view.ranges->sd_m[i]);
-    if (std::isnan(range_m)) {
-      score *= kUnknownShare;
-    } else if (range_m < distance_m - kSigmas * sd_m - 1.5 * voxel_m) {
-      return 0.0;  // something stands in front of it
-    }
-  }
+  const Sight sight = SightOf(view, pixel, distance_m, 1.5 * voxel_m);
+  if (sight == Sight::kHidden) return 0.0;
+  if (sight == Sight::kUnknown && view.ranges != nullptr) score *= kUnknownShare;
   return score;
 }
 
@@ -63,6 +53,23 @@ std::optional<Eigen::Vector2d> PixelOf(const TextureView& view, const Eigen::Vec
         pixel->y() <= view.picture.height_px - 1.0))
     return std::nullopt;
   return pixel;
+}
+
+Sight SightOf(const TextureView& view, const Eigen::Vector2d& pixel, double distance_m,
+              double margin_m) {
+  if (view.ranges == nullptr) return Sight::kUnknown;
+  const RangeImage& ranges = *view.ranges;
+  const int step = ranges.width_px < view.picture.width_px ? 2 : 1;
+  const auto place = [step](double at, int size) {
+    return std::clamp(static_cast<int>(std::lround(at)) / step, 0, size - 1);
+  };
+  const std::size_t i =
+      ranges.index(place(pixel.x(), ranges.width_px), place(pixel.y(), ranges.height_px));
+  const auto range_m = static_cast<double>(ranges.range_m[i]);
+  if (std::isnan(range_m)) return Sight::kUnknown;
+  const double sd_m =
+      ranges.sd_m.empty() ? kUnstatedSd * distance_m : static_cast<double>(ranges.sd_m[i]);
+  return range_m < distance_m - kSigmas * sd_m - margin_m ? Sight::kHidden : Sight::kOpen;
 }
 
 std::array<double, 3> SampleAt(const ConstImageView& picture, const Eigen::Vector2d& pixel) {

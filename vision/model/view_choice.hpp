@@ -31,6 +31,12 @@ ViewChoice ChooseViews(const Surface& surface, double voxel_m, std::span<const T
 /// Pixel of a point of the map, if it lies within the picture.
 std::optional<Eigen::Vector2d> PixelOf(const TextureView& view, const Eigen::Vector3d& point_m);
 
+/// What a view's distance image says about a point of the map at `pixel`.
+enum class Sight { kOpen, kHidden, kUnknown };
+/// Hidden: something is nearer than `distance_m` by `margin_m` and three deviations of the range.
+Sight SightOf(const TextureView& view, const Eigen::Vector2d& pixel, double distance_m,
+              double margin_m);
+
 /// Bilinear, RGB 0..255; at the border the nearest pixels.
 std::array<double, 3> SampleAt(const ConstImageView& picture, const Eigen::Vector2d& pixel);
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "sim/dice.hpp"
+#include "sim/render/light_cache.hpp"
 #include "sim/site/reference_model.hpp"
 #include "sim/site/scene_builder.hpp"
 #include "sim/site/truth_objects.hpp"
@@ -73,8 +74,9 @@ ChangeDrive::ChangeDrive(const Options& options) : options_(options) {
   }
   const auto geometry = vision::PanoramaGeometry::Band(
       options.columns, {-50.0 * core::kRadFromDeg, 35.0 * core::kRadFromDeg});
-  rays_ =
-      std::make_unique<vision::CameraRays>(Must(vision::EquirectangularCamera::Create(geometry)));
+  camera_ = std::make_shared<vision::EquirectangularCamera>(
+      Must(vision::EquirectangularCamera::Create(geometry)));
+  rays_ = std::make_unique<vision::CameraRays>(*camera_);
   // What of the changes can be seen at all: the true hits of every tenth picture.
   std::vector<std::uint32_t> ids;
   for (const sim::SceneObject& object : after.objects)
@@ -92,6 +94,12 @@ ChangeDrive::ChangeDrive(const Options& options) : options_(options) {
       change_samples_.emplace_back(pose.translation() + hit.range_m * ray);
     }
   }
+}
+
+core::Expected<std::shared_ptr<const sim::LitScene>> ChangeDrive::Lit() const {
+  sim::LightSettings light;
+  light.cache = sim::LightCache::DefaultFolder();
+  return sim::LitScene::Create(sim::BuildScene(site_, *terrain_, sim::SiteState::kAfter), light);
 }
 
 Eigen::Isometry3d ChangeDrive::PoseAt(double east_m) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/changed_object.hpp"
+#include "sim/render/lit_scene.hpp"
 #include "sim/render/ray_scene.hpp"
 #include "sim/site/site_config.hpp"
 #include "sim/site/terrain.hpp"
@@ -65,6 +66,9 @@ class ChangeDrive {
   vision::RoadArea Road() const;
 
   const vision::CameraRays& rays() const { return *rays_; }
+  std::shared_ptr<const vision::CameraModel> camera() const { return camera_; }
+  /// Of what stands there now.
+  core::Expected<std::shared_ptr<const sim::LitScene>> Lit() const;
   const std::vector<TrueObject>& truth() const { return truth_; }
   const sim::Terrain& terrain() const { return *terrain_; }
   int pictures() const { return options_.pictures; }
@@ -82,6 +86,7 @@ class ChangeDrive {
   sim::SiteConfig site_;
   std::unique_ptr<sim::Terrain> terrain_;
   std::unique_ptr<sim::RayScene> before_, after_;
+  std::shared_ptr<const vision::CameraModel> camera_;
   std::unique_ptr<vision::CameraRays> rays_;
   std::vector<TrueObject> truth_;
   std::vector<Eigen::Vector3d> change_samples_;

@@ -10,7 +10,9 @@ pose errors of 3 cm, 5 cm up and 0.1 deg drawn anew every 20 pictures), against 
 
 precision, recall: of voxels of 20 cm (within 0.3 m of a changed surface; changed surfaces met within 0.2 m).
 iou, centre, size, heading: of boxes, seen from above. width: of the road left beside them. 68 %, 95 %: share of errors
-within one and 1.96 stated deviations (centre, size, heading)."""
+within one and 1.96 stated deviations (centre, size, heading).
+sides: textures of what was found, from the drive's own pictures 2 m apart, beside the same side rendered from 3 m before it:
+medians of the correlation of brightness as they lie, and of how far they must be shifted to fit best (texels of about 2 cm; looked for within 20 each way)."""
 # programs: bench_changes_run
 import argparse
 import json
@@ -33,6 +35,7 @@ def row(kind, runs):
     runs = [r for r in runs if not r["refused"]]
     boxes = [b for r in runs for b in r["boxes"]]
     widths = [w for r in runs for w in r["width"]]
+    sides = [s for r in runs for s in r["sides"]]
     z = [abs(v) for b in boxes for v in b["z"]]
     median = lambda values: statistics.median(values) if values else float("nan")
     return {
@@ -52,6 +55,13 @@ def row(kind, runs):
         "too_wide": sum(w[0] > 2 * w[1] for w in widths) / max(1, len(widths)),
         "in_68": sum(v < 1.0 for v in z) / max(1, len(z)),
         "in_95": sum(v < 1.96 for v in z) / max(1, len(z)),
+        "sides": len(sides),
+        "side_seen": median([s["seen"] for s in sides]),
+        "side_correlation": median([s["correlation"] for s in sides]),
+        "side_aligned": median([s["aligned"] for s in sides]),
+        "side_off_px": median([s["off_px"] for s in sides]),
+        "side_make_ms": 1000 * max((s["make_s"] for s in sides), default=float("nan")),
+        "atlas_kb": max((s["kb"] for s in sides), default=float("nan")),
         "cpu_s": statistics.fmean(r["vote_s"] + r["examine_s"] + r["align_s"] + r["find_s"] for r in runs),
         "map_mb": max(r["map_mb"] for r in runs),
     }
@@ -59,13 +69,14 @@ def row(kind, runs):
 
 def table(rows):
     lines = ["| drive | voxels: precision, recall | objects found, false | box IoU: mean, least | centre, size, heading (medians) "
-             "| width left: median, worst | more than 2 sd too wide | within 68 %, 95 % | CPU, map |",
-             "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
+             "| width left: median, worst | more than 2 sd too wide | within 68 %, 95 % | CPU, map | sides: correlation, off, atlas |",
+             "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
     for r in rows:
         lines.append(
             f'| {r["kind"]} | {r["precision"]:.3f}, {r["recall"]:.3f} | {r["found"]}, {r["false"]} | {r["iou"]:.2f}, {r["iou_min"]:.2f} '
             f'| {r["centre_m"]:.2f} m, {r["size_m"]:.2f} m, {r["heading_deg"]:.1f} deg | {r["width_m"]:.2f}, {r["width_max_m"]:.2f} m '
-            f'| {100 * r["too_wide"]:.0f} % | {100 * r["in_68"]:.0f} %, {100 * r["in_95"]:.0f} % | {r["cpu_s"]:.1f} s, {r["map_mb"]:.0f} MB |')
+            f'| {100 * r["too_wide"]:.0f} % | {100 * r["in_68"]:.0f} %, {100 * r["in_95"]:.0f} % | {r["cpu_s"]:.1f} s, {r["map_mb"]:.0f} MB '
+            f'| {r["side_correlation"]:.2f}, {r["side_off_px"]:.1f} px, {r["atlas_kb"]:.0f} kB |')
     return "\n".join(lines).replace("nan", "-")
 
 

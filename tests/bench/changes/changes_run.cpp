@@ -1,6 +1,6 @@
-// bench_changes_run SITE SEED PICTURES COLUMNS [hard|offset|none|paper]: one drive past one made
-// street, judged against the truth; one line of JSON. What the words mean stands in
-// changes_bench.py.
+// bench_changes_run SITE SEED PICTURES COLUMNS [plain|hard|offset|none|paper [FOLDER]]: one drive
+// past one made street, judged against the truth; one line of JSON. What the words mean stands in
+// changes_bench.py. The sides' textures go into the folder, beside what they should look like.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 
 #include "sim/evaluate/upright_boxes.hpp"
 #include "tests/bench/changes/change_drive.hpp"
+#include "tests/bench/changes/judge_textures.hpp"
 #include "vision/change/align_reference.hpp"
 #include "vision/change/change_finder.hpp"
 
@@ -115,18 +116,17 @@ void JudgeWidth(const ChangeDrive& drive, const vision::Findings& found,
   std::printf("], ");
 }
 
-int Main(const ChangeDrive::Options& options, const std::string& kind) {
+int Main(const ChangeDrive::Options& options, const std::string& kind, const std::string& folder) {
   Errors errors = kind == "hard" ? Errors::Hard() : Errors{};
   if (kind == "offset") {
     errors.offset_m = {0.06, 0.08, 0.0};
     errors.offset_heading_rad = 0.3 * core::kRadFromDeg;
   }
   const ChangeDrive drive(options);
-  const vision::ReferenceMap reference = drive.Reference();
   const vision::RoadArea road = drive.Road();
-  const auto axes = vision::AxesOf(road);
+  const vision::KnownPlace place{drive.Reference(), road, vision::AxesOf(road)};
   auto map = vision::VoxelMap::Create({.voxel_m = 0.2});
-  if (!map || axes.empty()) return 2;
+  if (!map || place.axes.empty()) return 2;
   double vote_s = 0.0, examine_s = 0.0;
   for (int i = 0; i < drive.pictures(); ++i) {
     const Picture picture = drive.Take(i, errors, options.seed);
@@ -142,19 +142,34 @@ int Main(const ChangeDrive::Options& options, const std::string& kind) {
   const vision::FinderOptions finder =
       kind == "paper" ? vision::PaperFinder() : vision::FinderOptions{};
   const double start = CpuSeconds();
-  const auto alignment = vision::AlignReference(*map, road, finder.change.rule, reference, {});
+  const auto alignment = vision::AlignReference(*map, place, finder.change.rule, {});
   const double aligned = CpuSeconds();
   if (!alignment) {
     std::printf("{\"refused\": true}\n");
     return 0;
   }
-  const vision::Findings found = vision::FindChanges(*map, road, axes, reference.ground, reference,
-                                                     alignment->reference_from_map, finder);
+  const vision::Findings found =
+      vision::FindChanges(*map, place, alignment->reference_from_map, finder);
   const double done = CpuSeconds();
   std::printf("{\"refused\": false, ");
   JudgeVoxels(drive, found, map->config().voxel_m);
   JudgeBoxes(drive, found);
-  JudgeWidth(drive, found, road, axes.front());
+  JudgeWidth(drive, found, road, place.axes.front());
+  const auto sides = JudgeTextures(drive, errors, options.seed, found, folder);
+  if (!sides) {
+    std::fprintf(stderr, "bench_changes: %s\n", sides.error().message.c_str());
+    return 2;
+  }
+  std::printf("\"sides\": [");
+  for (std::size_t i = 0; i < sides->size(); ++i) {
+    const JudgedSide& side = (*sides)[i];
+    std::printf(
+        "%s{\"uid\": \"%s\", \"side\": \"%s\", \"seen\": %.3f, \"correlation\": %.4f, "
+        "\"aligned\": %.4f, \"off_px\": %.2f, \"texel_m\": %.4f, \"make_s\": %.4f, \"kb\": %.1f}",
+        i == 0 ? "" : ", ", side.uid.c_str(), core::ToString(side.side), side.seen_share,
+        side.correlation, side.aligned, side.off_px, side.texel_m, side.make_s, side.atlas_kb);
+  }
+  std::printf("], ");
   std::printf(
       "\"truth\": %zu, \"shift\": [%.3f, %.3f, %.3f], \"votes\": %llu, \"vote_s\": %.3f, "
       "\"examine_s\": %.3f, \"align_s\": %.3f, \"find_s\": %.3f, \"map_mb\": %.1f}\n",
@@ -169,7 +184,7 @@ int Main(const ChangeDrive::Options& options, const std::string& kind) {
 
 int main(int count, char** words) {
   if (count < 5) {
-    std::fprintf(stderr, "usage: bench_changes_run SITE SEED PICTURES COLUMNS [KIND]\n");
+    std::fprintf(stderr, "usage: bench_changes_run SITE SEED PICTURES COLUMNS [KIND [FOLDER]]\n");
     return 2;
   }
   kawara::change_bench::ChangeDrive::Options options;
@@ -179,5 +194,5 @@ int main(int count, char** words) {
   options.columns = std::atoi(words[4]);
   const std::string kind = count > 5 ? words[5] : "";
   options.vehicles = kind != "none";
-  return kawara::change_bench::Main(options, kind);
+  return kawara::change_bench::Main(options, kind, count > 6 ? words[6] : "");
 }

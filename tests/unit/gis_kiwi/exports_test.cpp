@@ -7,6 +7,10 @@
 #include "gis/kiwi/kiwi_csv.hpp"
 #include "gis/kiwi/object_exports.hpp"
 #include "gis/model/model_writers.hpp"
+#include "tests/support/box_world.hpp"
+#include "tests/support/painted_box.hpp"
+#include "tests/support/test_doughnut.hpp"
+#include "vision/sides/side_texture.hpp"
 
 namespace kawara::gis {
 namespace {
@@ -246,6 +250,67 @@ TEST_F(Exports, BoxMeshesBecomeVrmlAndGlb) {
   ASSERT_OK(WriteGlb(folder_ / "o.glb", meshes, kOrigin));
   EXPECT_THAT(Text("o.wrl"), HasSubstr("DEF object0_truck-1 Transform"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "object0_truck-1_r1.jpg"));
+}
+
+/// The truck as pictures of its paint show it.
+core::ObjectTextures Photographed(const core::ChangedObject& truck) {
+  kawara::testing::PaintedBox world;
+  world.box = truck.box;
+  const auto camera = *vision::DoughnutCamera::Create(vision::TestDoughnut(512));
+  std::vector<kawara::testing::PaintedView> looks;
+  for (const double ahead_m : {-6.0, 0.0, 6.0}) {
+    Eigen::Vector3d at(0, 0, 1.8);
+    at.head<2>() = truck.box.centre_m.head<2>() + ahead_m * truck.box.Forward() +
+                   (ahead_m == 0.0 ? 4.0 : 1.0) * truck.box.Left();
+    looks.push_back(world.LookAt(camera, kawara::testing::UprightCamera(at, 0.0)));
+  }
+  std::vector<vision::SideView> views;
+  for (std::size_t i = 0; i < looks.size(); ++i)
+    views.push_back({.view = {.camera = camera,
+                              .picture = looks[i].picture(),
+                              .ranges = &looks[i].ranges,
+                              .map_from_camera = looks[i].map_from_camera},
+                     .source = "m1/" + std::to_string(i),
+                     .taken = At(static_cast<double>(i))});
+  vision::JpegEncoder encoder;
+  auto textures = vision::MakeSideTextures(truck, views, {}, encoder);
+  if (!textures) throw std::runtime_error(textures.error().message);
+  return *textures;
+}
+
+TEST_F(Exports, SidesThatPicturesShowGoIntoTheRegisterAndEveryExport) {
+  const core::ChangedObject truck = Truck();
+  const core::ObjectTextures textures = Photographed(truck);
+  ASSERT_EQ(textures.faces.size(), 2U);  // front and left; the top is above the camera
+  auto reg = OpenRegister(folder_ / "mission.gpkg");
+  ASSERT_OK(reg.Register(truck, textures));
+  EXPECT_EQ(Sql(folder_ / "mission.gpkg",
+                "SELECT face, source, seen_share > 0.9, taken FROM kp_texture ORDER BY face"),
+            "front|m1/2|1|2026-11-22T12:00:02.123Z\nleft|m1/1|1|2026-11-22T12:00:01.123Z");
+  const auto same_picture = [&](const std::string& name) {
+    const std::string text = Text(name);
+    return std::equal(text.begin(), text.end(), textures.atlas_jpeg.begin(),
+                      textures.atlas_jpeg.end(),
+                      [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; });
+  };
+  EXPECT_TRUE(same_picture("textures/truck-1/truck-1_r1.jpg"));
+  survey_.objects = {truck};
+  survey_.textures = {{truck.uid, textures}};
+  const auto meshes = BoxMeshes(survey_);
+  ASSERT_EQ(meshes.size(), 2U);  // pictured and plain
+  ASSERT_OK(WriteVrml(folder_ / "o.wrl", meshes, kOrigin));
+  EXPECT_TRUE(same_picture("object0_truck-1_r1.jpg"));
+  const std::string jpeg(textures.atlas_jpeg.begin(), textures.atlas_jpeg.end());
+  ASSERT_OK(WriteGlb(folder_ / "o.glb", meshes, kOrigin));
+  EXPECT_NE(Text("o.glb").find(jpeg), std::string::npos);
+  ASSERT_OK(WriteObjectsKmz(folder_ / "o.kmz", survey_));
+  {
+    std::ofstream(folder_ / "take.py") << R"(import sys, zipfile
+sys.stdout.buffer.write(zipfile.ZipFile(sys.argv[1]).read("textures/truck-1.jpg")))";
+  }
+  EXPECT_EQ(Shell("/usr/bin/python3 -B '" + (folder_ / "take.py").string() + "' '" +
+                  (folder_ / "o.kmz").string() + "'"),
+            jpeg);
 }
 
 TEST_F(Exports, TheSameObjectsGiveTheSameBytes) {

@@ -65,13 +65,14 @@ inline core::RoadStation Station(double along_m, double passable_m, double obser
   return s;
 }
 
-inline ObjectTextures Textures() {
-  ObjectTextures t;
+inline core::ObjectTextures Textures() {
+  core::ObjectTextures t;
   t.width_px = 64;
   t.height_px = 48;
   t.atlas_jpeg = *Jpeg(t.width_px, t.height_px, 500);
-  t.faces = {{core::BoxSide::kLeft, {{{0, 0}, {40, 0}, {40, 20}, {0, 20}}}, "m1/000012", At(1)},
-             {core::BoxSide::kFront, {{{40, 0}, {64, 0}, {64, 20}, {40, 20}}}, "m1/000012", At(1)}};
+  t.faces = {
+      {core::BoxSide::kLeft, {{{0, 0}, {40, 0}, {40, 20}, {0, 20}}}, "m1/000012", At(1), 0.875},
+      {core::BoxSide::kFront, {{{40, 0}, {64, 0}, {64, 20}, {40, 20}}}, "m1/000012", At(1), 1.0}};
   return t;
 }
 

@@ -290,9 +290,10 @@ TEST_F(Register, WritesTexturesBesideTheStoreBeforeTheirRows) {
   auto reg = OpenRegister(path());
   ASSERT_OK(reg.Register(Truck(1), Textures()));
   EXPECT_EQ(Query("SELECT texture_uri FROM changed_object"), "textures/truck-1/truck-1_r1.jpg");
-  EXPECT_EQ(Query("SELECT face, uri, corner1_x_px, source FROM kp_texture ORDER BY face"),
-            "front|textures/truck-1/truck-1_r1.jpg|64.0|m1/000012\n"
-            "left|textures/truck-1/truck-1_r1.jpg|40.0|m1/000012");
+  EXPECT_EQ(
+      Query("SELECT face, uri, corner1_x_px, source, seen_share FROM kp_texture ORDER BY face"),
+      "front|textures/truck-1/truck-1_r1.jpg|64.0|m1/000012|1.0\n"
+      "left|textures/truck-1/truck-1_r1.jpg|40.0|m1/000012|0.875");
   EXPECT_EQ(std::filesystem::file_size(folder_ / "textures/truck-1/truck-1_r1.jpg"),
             Textures().atlas_jpeg.size());
 }
@@ -427,15 +428,18 @@ TEST_F(Register, RefusesWhatNoRegisterMayHold) {
 
 TEST_F(Register, RefusesTexturesThatContradictThemselves) {
   auto reg = OpenRegister(path());
-  ObjectTextures torn = Textures();
+  core::ObjectTextures torn = Textures();
   torn.atlas_jpeg.pop_back();
   EXPECT_FALSE(reg.Register(Truck(), torn));
-  ObjectTextures outside = Textures();
+  core::ObjectTextures outside = Textures();
   outside.faces[0].corners_px[2][0] = 65.0;
   EXPECT_FALSE(reg.Register(Truck(), outside));
-  ObjectTextures twice = Textures();
+  core::ObjectTextures twice = Textures();
   twice.faces[1].side = twice.faces[0].side;
   EXPECT_FALSE(reg.Register(Truck(), twice));
+  core::ObjectTextures more_than_all = Textures();
+  more_than_all.faces[1].seen_share = 1.01;
+  EXPECT_FALSE(reg.Register(Truck(), more_than_all));
   EXPECT_EQ(Query("SELECT count(*) FROM changed_object"), "0");
 }
 

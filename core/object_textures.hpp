@@ -7,16 +7,18 @@
 #include "core/changed_object.hpp"
 #include "core/time.hpp"
 
-namespace kawara::gis {
+/// What the sides of a changed object look like. `vision` makes it, `gis` keeps it.
+namespace kawara::core {
 
 /// Where one side of a box is in its atlas, and where that picture came from.
 struct FaceTexture {
-  core::BoxSide side = core::BoxSide::kFront;
+  BoxSide side = BoxSide::kFront;
   /// Corners in the atlas [px from the upper left], looking at the side from outside: upper left,
   /// upper right, lower right, lower left. Of the top: looking down with the front upwards.
   std::array<std::array<double, 2>, 4> corners_px{};
   std::string source = {};  ///< of the picture: its uri or "mission/epoch"
-  core::UtcTime taken;      ///< mid-exposure; not set: unknown
+  UtcTime taken;            ///< mid-exposure; not set: unknown
+  double seen_share = 1.0;  ///< of the side's area that pictures show, 0..1; the rest is made up
 };
 
 /// The pictures of a box's sides in one JPEG. Without atlas: no textures.
@@ -27,4 +29,4 @@ struct ObjectTextures {
   std::vector<FaceTexture> faces;
 };
 
-}  // namespace kawara::gis
+}  // namespace kawara::core
