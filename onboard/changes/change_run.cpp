@@ -13,23 +13,9 @@
 namespace kawara::changes {
 namespace {
 
-/// What the run compares with.
-struct Before {
-  vision::ReferenceMap reference;
-  std::optional<vision::RoadArea> road;
-  std::vector<vision::RoadAxis> axes;
-};
-
-/// The middles of the road: the GIS's own, else those of its area.
-std::vector<vision::RoadAxis> AxesOf(const vision::ReferenceMap& reference,
-                                     const vision::RoadArea& road) {
-  std::vector<vision::RoadAxis> axes;
-  for (const auto& [name, points] : reference.road_axes)
-    if (auto axis = vision::AxisAlong(name, points)) axes.push_back(std::move(*axis));
-  return axes.empty() ? vision::AxesOf(road) : axes;
-}
-
-core::Expected<void> AddRoadAndGround(const ChangeRunOptions& options, Before& before) {
+/// The reference with the road and ground that were given beside it.
+core::Expected<vision::KnownPlace> PlaceOf(const ChangeRunOptions& options,
+                                           vision::ReferenceMap reference) {
   ReferenceOptions files;
   files.local = options.local;
   files.roads = options.roads;
@@ -38,35 +24,17 @@ core::Expected<void> AddRoadAndGround(const ChangeRunOptions& options, Before& b
   files.geoid_separation_m = options.geoid_separation_m;
   files.say = options.say;
   if (!options.roads.empty()) {
-    before.reference.roads.clear();
-    before.reference.road_axes.clear();
-    if (auto done = AddRoads(files, before.reference); !done) return done;
+    reference.roads.clear();
+    reference.road_axes.clear();
+    if (auto done = AddRoads(files, reference); !done) return tl::unexpected(done.error());
   }
-  if (before.reference.roads.empty())
+  if (reference.roads.empty())
     return core::Fail(
         core::ErrorCode::kInvalidArgument,
         "no road to look at: give its area (--road FILE), or a reference that has it");
   if (!options.ground.empty())
-    if (auto done = AddGround(files, before.reference); !done) return done;
-  auto road = vision::RoadArea::Make(before.reference.roads);
-  if (!road) return tl::unexpected(road.error());
-  before.road.emplace(std::move(*road));
-  before.axes = AxesOf(before.reference, *before.road);
-  return {};
-}
-
-/// A reference and a map of different origins: that of the reference is taken to the map's.
-core::Expected<void> CheckOrigins(const vision::ReferenceMap& reference,
-                                  const std::optional<core::Geodetic>& origin) {
-  if (!reference.origin || !origin) return {};
-  const core::LocalEnu plane(*origin);
-  const Eigen::Vector3d off = plane.FromGeodetic(*reference.origin);
-  constexpr double kSame = 0.001;
-  if (off.norm() < kSame) return {};
-  return core::Fail(core::ErrorCode::kInvalidArgument,
-                    "the reference's map lies elsewhere than the model's (" +
-                        std::to_string(off.norm()) +
-                        " m apart): make the reference with --origin of the model");
+    if (auto done = AddGround(files, reference); !done) return tl::unexpected(done.error());
+  return vision::KnownPlace::Of(std::move(reference));
 }
 
 /// Clouds are told by one point a voxel, from one place.
@@ -105,6 +73,10 @@ core::Expected<void> Register(const ChangeRunOptions& options, const vision::Fin
   vision::TrackerOptions tracking;
   tracking.uid_prefix = options.survey;
   tracking.robot = options.robot;
+  tracking.taken = [&](const std::string& uid) {
+    const auto last = objects->LastRevision(uid);
+    return last && *last > 0;
+  };
   vision::ObjectTracker tracker(tracking);
   tracker.TakeUp(std::move(*known));
   result.revisions = tracker.Update(findings, options.time, last_absent);
@@ -123,13 +95,13 @@ core::Expected<void> Register(const ChangeRunOptions& options, const vision::Fin
 core::Expected<ChangeRunResult> RunChanges(const ChangeRunOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   ChangeRunResult result;
-  Before before;
+  vision::ReferenceMap reference;
   if (!options.reference.empty()) {
-    auto reference = vision::ReadReference(options.reference);
-    if (!reference) return tl::unexpected(reference.error());
-    before.reference = std::move(*reference);
+    auto read = vision::ReadReference(options.reference);
+    if (!read) return tl::unexpected(read.error());
+    reference = std::move(*read);
   }
-  std::optional<core::Geodetic> origin = options.origin ? options.origin : before.reference.origin;
+  std::optional<core::Geodetic> origin = options.origin ? options.origin : reference.origin;
   auto input = ReadInput(options, origin);
   if (!input) return tl::unexpected(input.error());
   result.points = input->points;
@@ -137,29 +109,28 @@ core::Expected<ChangeRunResult> RunChanges(const ChangeRunOptions& options) {
   if (!origin)
     return core::Fail(core::ErrorCode::kInvalidArgument,
                       "nobody says where the map's origin lies: give it, --origin LAT,LON,HEIGHT");
-  if (auto same = CheckOrigins(before.reference, origin); !same)
+  if (auto same = vision::KnownPlace::CheckOrigin(reference, *origin); !same)
     return tl::unexpected(same.error());
-  before.reference.origin = result.origin = *origin;
-  if (auto done = AddRoadAndGround(options, before); !done) return tl::unexpected(done.error());
+  reference.origin = result.origin = *origin;
+  auto place = PlaceOf(options, std::move(reference));
+  if (!place) return tl::unexpected(place.error());
 
   vision::FinderOptions finder = options.finder;
   if (!input->from_pictures) SuitClouds(finder);
-  if (before.reference.ground.empty()) {
-    before.reference.ground = vision::EstimateGround(input->map, *before.road, finder.change.rule,
+  if (place->reference.ground.empty()) {
+    place->reference.ground = vision::EstimateGround(input->map, place->road, finder.change.rule,
                                                      finder.change.margin_m + 1.0);
     if (options.say)
       options.say("the reference has no ground: its height is estimated from the points");
   }
   if (options.align) {
-    auto alignment =
-        vision::AlignReference(input->map, *before.road, finder.change.rule, before.reference, {});
+    auto alignment = vision::AlignReference(input->map, *place, finder.change.rule, {});
     if (!alignment) return tl::unexpected(alignment.error());
     result.alignment = *alignment;
     if (alignment->surfaces > 0) SayAlignment(options, *alignment);
   }
   const vision::Findings findings =
-      vision::FindChanges(input->map, *before.road, before.axes, before.reference.ground,
-                          before.reference, result.alignment.reference_from_map, finder);
+      vision::FindChanges(input->map, *place, result.alignment.reference_from_map, finder);
   if (findings.look.surface == 0 && findings.look.ground_seen.empty())
     return core::Fail(core::ErrorCode::kInvalidArgument,
                       findings.look.no_ground > 0
@@ -173,7 +144,7 @@ core::Expected<ChangeRunResult> RunChanges(const ChangeRunOptions& options) {
                              : std::min(result.narrowest_m, station.passable_m);
     ++result.stations_seen;
   }
-  if (auto done = Register(options, findings, before.reference.Date(), result); !done)
+  if (auto done = Register(options, findings, place->reference.Date(), result); !done)
     return tl::unexpected(done.error());
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

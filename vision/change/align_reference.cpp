@@ -20,7 +20,7 @@ constexpr double kThick = 0.15;  // m: voxels of trees and heaps have no plane t
 constexpr double kFirstScale = 0.40, kLastScale = 0.06, kScaleStep = 0.6;  // m
 constexpr double kLeastGain = 0.05;  // of the residuals' cost: less is no shift but chance
 constexpr std::size_t kLeast = 50;
-constexpr std::size_t kMost = 20000;
+constexpr std::size_t kMost = 6000;
 // Neighbouring voxels err together: so many count as one.
 constexpr double kCorrelated = 50.0;
 
@@ -94,11 +94,11 @@ double MedianOf(const std::vector<Residual>& residuals) {
 
 }  // namespace
 
-core::Expected<Alignment> AlignReference(const VoxelMap& map, const RoadArea& road,
-                                         const OccupancyRule& rule, const ReferenceMap& reference,
-                                         const AlignOptions& options) {
+core::Expected<Alignment> AlignReference(const VoxelMap& map, const KnownPlace& place,
+                                         const OccupancyRule& rule, const AlignOptions& options) {
   Alignment result;
-  const auto points = SurfacesAbout(map, road, rule, options.around_m);
+  const ReferenceMap& reference = place.reference;
+  const auto points = SurfacesAbout(map, place.road, rule, options.around_m);
   if (points.empty()) return result;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) middle += p / static_cast<double>(points.size());

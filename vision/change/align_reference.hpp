@@ -3,8 +3,7 @@
 #include <cstddef>
 
 #include "core/expected.hpp"
-#include "vision/change/reference_map.hpp"
-#include "vision/change/road_area.hpp"
+#include "vision/change/known_place.hpp"
 #include "vision/voxel/voxel_map.hpp"
 
 namespace kawara::vision {
@@ -33,8 +32,7 @@ struct Alignment {
 /// and a weight of no shift where nothing stands across. A shift that does not lessen the residuals
 /// is none. Errors: kInvalidArgument, with the shift, if it
 /// is beyond reason.
-core::Expected<Alignment> AlignReference(const VoxelMap& map, const RoadArea& road,
-                                         const OccupancyRule& rule, const ReferenceMap& reference,
-                                         const AlignOptions& options);
+core::Expected<Alignment> AlignReference(const VoxelMap& map, const KnownPlace& place,
+                                         const OccupancyRule& rule, const AlignOptions& options);
 
 }  // namespace kawara::vision

@@ -52,12 +52,13 @@ FinderOptions PaperFinder() {
   return options;
 }
 
-Findings FindChanges(const VoxelMap& map, const RoadArea& road, const std::vector<RoadAxis>& axes,
-                     const GroundField& ground, const ReferenceMap& reference,
-                     const Eigen::Isometry3d& reference_from_map, const FinderOptions& options) {
+Findings FindChanges(const VoxelMap& map, const KnownPlace& place,
+                     const Eigen::Isometry3d& reference_from_map, const FinderOptions& options,
+                     const std::optional<PlaneDisc>& within) {
+  const RoadArea& road = place.road;
   Findings findings;
-  findings.look =
-      FindChangePoints(map, road, ground, reference, reference_from_map, options.change);
+  findings.within = within;
+  findings.look = FindChangePoints(map, place, reference_from_map, options.change, within);
   const double voxel_m = map.config().voxel_m;
   const double margin_m = options.change.margin_m;
   const auto cut_m = [&](const Eigen::Vector2d& p) { return road.SignedDistance(p) + margin_m; };
@@ -72,7 +73,7 @@ Findings FindChanges(const VoxelMap& map, const RoadArea& road, const std::vecto
     middle /= static_cast<double>(region.points.size());
     BoxOptions box = options.box;
     box.voxel_m = voxel_m;
-    box.road_heading_rad = RoadHeadingAt(axes, middle);
+    box.road_heading_rad = RoadHeadingAt(place.axes, middle);
     const FittedBox fitted = options.method == ChangeMethod::kPaper
                                  ? FitBoxPaper(region, up_m, box.road_heading_rad.value_or(0.0))
                                  : FitBox(region, up_m, cut_m, box);
@@ -88,11 +89,11 @@ Findings FindChanges(const VoxelMap& map, const RoadArea& road, const std::vecto
     obstacle.box.heading_rad -= std::atan2(R(1, 0), R(0, 0));
     obstacles.push_back(obstacle);
   }
-  for (const RoadAxis& axis : axes) {
-    auto stations = MeasureWidth(road, axis, obstacles, findings.look, options.width);
+  for (const RoadAxis& axis : place.axes) {
+    auto stations = MeasureWidth(road, axis, obstacles, findings.look, options.width, within);
     for (core::RoadStation& station : stations) {
       for (Eigen::Vector3d* edge : {&station.left_m, &station.right_m})
-        if (const auto up = ground.At(edge->head<2>())) edge->z() = up->up_m;
+        if (const auto up = place.reference.ground.At(edge->head<2>())) edge->z() = up->up_m;
       findings.stations.push_back(std::move(station));
     }
   }

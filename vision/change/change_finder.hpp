@@ -1,11 +1,12 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "core/changed_object.hpp"
 #include "vision/change/box_fit.hpp"
 #include "vision/change/change_points.hpp"
 #include "vision/change/change_regions.hpp"
-#include "vision/change/road_axis.hpp"
+#include "vision/change/known_place.hpp"
 #include "vision/change/road_width.hpp"
 
 namespace kawara::vision {
@@ -38,13 +39,18 @@ struct Findings {
   std::vector<FoundChange> changes;  ///< largest first
   ChangePoints look;
   std::vector<core::RoadStation> stations;
+  std::optional<PlaneDisc> within;  ///< elsewhere nobody looked
+  /// Unit vector: what lies ahead of a line across `within`'s centre has not been looked at enough
+  /// to be called gone. Not set: everything has.
+  std::optional<Eigen::Vector2d> ahead;
 };
 
 /// The whole of the 3rd update on what a voxel map knows now: changed surfaces, regions, boxes with
-/// their accuracy, and the road they leave. `axes` may be empty: then no stations and no weight of
-/// the road's direction.
-Findings FindChanges(const VoxelMap& map, const RoadArea& road, const std::vector<RoadAxis>& axes,
-                     const GroundField& ground, const ReferenceMap& reference,
-                     const Eigen::Isometry3d& reference_from_map, const FinderOptions& options);
+/// their accuracy, and the road they leave. A place without axes: no stations and no weight of the
+/// road's direction. `within`: only there is looked, and stations are measured, as in the middle of
+/// a drive.
+Findings FindChanges(const VoxelMap& map, const KnownPlace& place,
+                     const Eigen::Isometry3d& reference_from_map, const FinderOptions& options,
+                     const std::optional<PlaneDisc>& within = {});
 
 }  // namespace kawara::vision

@@ -14,6 +14,9 @@ std::int64_t ChangePoints::GroundKey(const Eigen::Vector2d& p) {
 
 namespace {
 
+/// Metres that the robot's map may lie off the reference's, and a turn moves its ends.
+constexpr double kMostOff = 2.0;
+
 ChangePoint PointOf(const OccupiedVoxel& occupied, double voxel_m) {
   const Voxel& v = occupied.voxel;
   ChangePoint point;
@@ -33,25 +36,32 @@ ChangePoint PointOf(const OccupiedVoxel& occupied, double voxel_m) {
 
 }  // namespace
 
-ChangePoints FindChangePoints(const VoxelMap& map, const RoadArea& road, const GroundField& ground,
-                              const ReferenceMap& reference,
+ChangePoints FindChangePoints(const VoxelMap& map, const KnownPlace& place,
                               const Eigen::Isometry3d& reference_from_map,
-                              const ChangeOptions& options) {
+                              const ChangeOptions& options,
+                              const std::optional<PlaneDisc>& within) {
   ChangePoints result;
   const double voxel_m = map.config().voxel_m;
   const auto index = [&](double m) { return static_cast<std::int32_t>(std::floor(m / voxel_m)); };
-  const Eigen::Vector2d low = road.min_m() - Eigen::Vector2d::Constant(options.margin_m);
-  const Eigen::Vector2d high = road.max_m() + Eigen::Vector2d::Constant(options.margin_m + voxel_m);
+  // The road lies in the reference's frame, as its ground and surfaces do.
+  const double around_m = options.margin_m + kMostOff;
+  Eigen::Vector2d low = place.road.min_m() - Eigen::Vector2d::Constant(around_m);
+  Eigen::Vector2d high = place.road.max_m() + Eigen::Vector2d::Constant(around_m + voxel_m);
+  if (within) {
+    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(within->radius_m);
+    low = low.cwiseMax(within->centre_m - reach);
+    high = high.cwiseMin(within->centre_m + reach + Eigen::Vector2d::Constant(voxel_m));
+  }
   constexpr std::int32_t kAnyHeight = 1 << 22;
   map.ForEachOccupied(
       {index(low.x()), index(low.y()), -kAnyHeight}, {index(high.x()), index(high.y()), kAnyHeight},
       options.rule, [&](const OccupiedVoxel& occupied) {
         ChangePoint point = PointOf(occupied, voxel_m);
         const Eigen::Vector2d plane = point.position_m.head<2>();
-        // The road lies in the reference's frame, as its ground and surfaces do.
+        if (within && !within->Contains(plane)) return;
         const Eigen::Vector3d in_reference = reference_from_map * point.position_m;
-        if (road.SignedDistance(in_reference.head<2>()) < -options.margin_m) return;
-        const auto up = ground.At(in_reference.head<2>());
+        if (place.road.SignedDistance(in_reference.head<2>()) < -options.margin_m) return;
+        const auto up = place.reference.ground.At(in_reference.head<2>());
         if (!up) {
           ++result.no_ground;
           return;
@@ -64,7 +74,7 @@ ChangePoints FindChangePoints(const VoxelMap& map, const RoadArea& road, const G
         }
         if (point.height_m > options.max_height_m) return;
         ++result.surface;
-        const auto match = reference.Nearest(in_reference, options.max_tolerance_m);
+        const auto match = place.reference.Nearest(in_reference, options.max_tolerance_m);
         if (match) {
           const double sd =
               std::sqrt(match->sd_m * match->sd_m + point.vote_sd_m * point.vote_sd_m +

@@ -6,9 +6,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "vision/change/ground_field.hpp"
-#include "vision/change/reference_map.hpp"
-#include "vision/change/road_area.hpp"
+#include "vision/change/known_place.hpp"
 #include "vision/voxel/voxel_map.hpp"
 
 namespace kawara::vision {
@@ -60,13 +58,14 @@ struct ChangePoints {
 };
 
 /// Surfaces that the reference, its ground and its road do not explain (the paper's section 5 B 2,
-/// with tolerances from deviations in place of a fixed voxel). `reference` may hold no surfaces:
+/// with tolerances from deviations in place of a fixed voxel). The reference may hold no surfaces:
 /// then everything that stands on the road is a change. `reference_from_map`: where the robot's map
-/// lies in the reference's (AlignReference). Only voxels in memory count.
-ChangePoints FindChangePoints(const VoxelMap& map, const RoadArea& road, const GroundField& ground,
-                              const ReferenceMap& reference,
+/// lies in the reference's (AlignReference). Only voxels in memory count, and those `within` if
+/// that is given.
+ChangePoints FindChangePoints(const VoxelMap& map, const KnownPlace& place,
                               const Eigen::Isometry3d& reference_from_map,
-                              const ChangeOptions& options);
+                              const ChangeOptions& options,
+                              const std::optional<PlaneDisc>& within = {});
 
 /// Heights of the ground on the road from the robot's own voxels, for references that have none:
 /// the lowest surfaces that a smooth ground can join.

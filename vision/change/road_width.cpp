@@ -152,11 +152,13 @@ core::RoadStation StationAt(const Section& section, std::span<const Obstacle> ob
 
 std::vector<core::RoadStation> MeasureWidth(const RoadArea& road, const RoadAxis& axis,
                                             std::span<const Obstacle> obstacles,
-                                            const ChangePoints& look, const WidthOptions& options) {
+                                            const ChangePoints& look, const WidthOptions& options,
+                                            const std::optional<PlaneDisc>& within) {
   std::vector<core::RoadStation> stations;
   for (std::size_t i = 0; i < axis.points_m.size(); ++i) {
     Section section;
     section.at = axis.points_m[i];
+    if (within && !within->Contains(section.at)) continue;
     section.tangent = axis.TangentAt(i);
     section.left = {-section.tangent.y(), section.tangent.x()};
     if (!road.Contains(section.at)) continue;

@@ -1,11 +1,10 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/changed_object.hpp"
 #include "vision/change/change_points.hpp"
-#include "vision/change/road_area.hpp"
-#include "vision/change/road_axis.hpp"
 
 namespace kawara::vision {
 
@@ -29,9 +28,10 @@ struct Obstacle {
 
 /// The road every RoadAxis::kStep along an axis: what of its width is left to pass. An obstacle
 /// takes what its box takes within half a step to either side. Stations at which the axis is
-/// outside of the road are left out. Times and uids are not set.
+/// outside of the road, or not `within`, are left out. Times and uids are not set.
 std::vector<core::RoadStation> MeasureWidth(const RoadArea& road, const RoadAxis& axis,
                                             std::span<const Obstacle> obstacles,
-                                            const ChangePoints& look, const WidthOptions& options);
+                                            const ChangePoints& look, const WidthOptions& options,
+                                            const std::optional<PlaneDisc>& within = {});
 
 }  // namespace kawara::vision

@@ -18,8 +18,8 @@ double Off(double a, double b) { return std::abs(core::WrapPi(2.0 * (a - b)) / 2
 
 Findings Find(const Street& now, const ReferenceMap& reference, const FinderOptions& options = {}) {
   const RoadArea road = Street::Road();
-  return FindChanges(now.Look(), road, AxesOf(road), reference.ground, reference,
-                     Eigen::Isometry3d::Identity(), options);
+  return FindChanges(now.Look(), {reference, road, AxesOf(road)}, Eigen::Isometry3d::Identity(),
+                     options);
 }
 
 ReferenceMap Before() {

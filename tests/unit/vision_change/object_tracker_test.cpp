@@ -105,5 +105,69 @@ TEST(ObjectTracker, NumbersGoOnAfterThoseThatAreKnown) {
   EXPECT_EQ(told[0].uid, "s-3");
 }
 
+TEST(ObjectTracker, ALookThatShowsLessChangesNothingButThatItIsThere) {
+  ObjectTracker before({.uid_prefix = "s"});
+  before.Update(Look({Thing(0, 0, 7.0)}), At(100), {});
+  ObjectTracker tracker({.uid_prefix = "t"});
+  tracker.TakeUp(before.objects());
+  FoundChange part = Thing(-2.5, 0, 2.0);
+  const auto first = tracker.Update(Look({part}), At(500), {});
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_EQ(first[0].uid, "s-1");
+  EXPECT_EQ(first[0].state, core::ChangeState::kConfirmed);
+  EXPECT_EQ(first[0].box.size_m.x(), 7.0);
+  EXPECT_EQ(first[0].last_seen, At(500));
+  EXPECT_TRUE(tracker.Update(Look({part}), At(501), {}).empty());
+  // Surer of it than ever before: then it is news.
+  part.object.covariance *= 0.1;
+  const auto sure = tracker.Update(Look({part}), At(502), {});
+  ASSERT_EQ(sure.size(), 1U);
+  EXPECT_EQ(sure[0].box.size_m.x(), 2.0);
+}
+
+TEST(ObjectTracker, WhatWasTakenForAThingAndIsAPartOfAnotherIsClosedAndTheOlderUidStays) {
+  ObjectTracker tracker({.uid_prefix = "s"});
+  tracker.Update(Look({Thing(0, 0, 3.0)}), At(100), {});
+  tracker.Update(Look({Thing(0, 0, 3.0), Thing(3.0, 0, 1.0)}), At(101), {});
+  ASSERT_EQ(tracker.objects().size(), 2U);
+  FoundChange whole = Thing(1.0, 0, 7.0);
+  whole.object.covariance *= 0.1;
+  const auto told = tracker.Update(Look({whole}), At(102), {});
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].uid, "s-1");
+  EXPECT_EQ(told[1].uid, "s-2");
+  EXPECT_EQ(told[1].state, core::ChangeState::kGone);
+  EXPECT_EQ(tracker.objects().size(), 1U);
+}
+
+TEST(ObjectTracker, UidsThatSomebodyElseHasGivenAwayAreLeftOut) {
+  ObjectTracker tracker(
+      {.uid_prefix = "s", .taken = [](const std::string& uid) { return uid == "s-1"; }});
+  core::ChangedObject gone = Thing(50, 0).object;
+  gone.uid = "s-2";
+  gone.state = core::ChangeState::kGone;
+  tracker.TakeUp({gone});
+  EXPECT_TRUE(tracker.objects().empty());
+  const auto told = tracker.Update(Look({Thing(0, 0)}), At(100), {});
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].uid, "s-3");
+}
+
+TEST(ObjectTracker, WhatLiesAheadIsNotCalledGone) {
+  ObjectTracker before({.uid_prefix = "s"});
+  before.Update(Look({Thing(0, 0)}), At(100), {});
+  const auto told = [&](double ahead_x) {
+    ObjectTracker tracker({.uid_prefix = "t"});
+    tracker.TakeUp(before.objects());
+    Findings findings = Look({});
+    SeeGround(findings, 0, 0);
+    findings.within = PlaneDisc{{-6.0, 0.0}, 20.0};
+    findings.ahead = Eigen::Vector2d(ahead_x, 0.0);
+    return tracker.Update(findings, At(500), {}).size();
+  };
+  EXPECT_EQ(told(1.0), 0U);
+  EXPECT_EQ(told(-1.0), 1U);
+}
+
 }  // namespace
 }  // namespace kawara::vision

@@ -93,8 +93,8 @@ TEST(AlignReference, FindsASmallShiftAndRefusesALargeOne) {
       votes.push_back(vote);
     }
     EXPECT_TRUE(map.Vote(votes));
-    return AlignReference(map, Street::Road(), {.min_hits = 1, .min_hit_share = 0.0}, reference,
-                          {});
+    return AlignReference(map, {reference, Street::Road(), {}},
+                          {.min_hits = 1, .min_hit_share = 0.0}, {});
   };
   const auto small = shifted({0.0, 0.10, -0.05});
   ASSERT_TRUE(small) << small.error().message;

@@ -33,8 +33,13 @@ class Street {
       for (double x = -20; x <= 20; x += 0.08)
         for (double z = 0; z <= 5; z += 0.08) Add({x, y, z}, {0, y > 0 ? -1.0 : 1.0, 0});
   }
-  /// The sides of a box that the way sees, and its top.
+  /// The sides of a box; under it the ground is not seen.
   void AddBox(const core::UprightBox& box) {
+    std::erase_if(surfaces_, [&](const Surface& s) {
+      const Eigen::Vector2d off = (s.at - box.centre_m).head<2>();
+      return std::abs(s.at.z()) < 0.2 && std::abs(off.dot(box.Forward())) < box.size_m.x() / 2 &&
+             std::abs(off.dot(box.Left())) < box.size_m.y() / 2;
+    });
     const Eigen::Vector2d f = box.Forward(), l = box.Left();
     const auto side = [&](const Eigen::Vector2d& out, double reach, const Eigen::Vector2d& along,
                           double half) {
@@ -53,22 +58,22 @@ class Street {
   /// What the way's viewers see of it all, in voxels of 20 cm.
   VoxelMap Look() const {
     auto map = *VoxelMap::Create({.voxel_m = 0.2});
-    std::vector<PointVote> votes;
-    for (double x = -20; x <= 20; x += 2.0) {
-      votes.clear();
-      const Eigen::Vector3d eye(x, -1.5, 1.6);
-      for (const Surface& s : surfaces_) {
-        const Eigen::Vector3d look = eye - s.at;
-        if (look.norm() > 9.0 || look.dot(s.normal) < 0.1 * look.norm()) continue;
-        PointVote vote;
-        vote.position_m = s.at;
-        vote.to_viewer = look.normalized().cast<float>();
-        vote.sd_m = static_cast<float>(noise_m_);
-        votes.push_back(vote);
-      }
-      EXPECT_TRUE(map.Vote(votes));
-    }
+    for (double x = -20; x <= 20; x += 2.0) EXPECT_TRUE(map.Vote(VotesFrom(Eye(x))));
     return map;
+  }
+  static Eigen::Vector3d Eye(double x) { return {x, -1.5, 1.6}; }
+  std::vector<PointVote> VotesFrom(const Eigen::Vector3d& eye) const {
+    std::vector<PointVote> votes;
+    for (const Surface& s : surfaces_) {
+      const Eigen::Vector3d look = eye - s.at;
+      if (look.norm() > 9.0 || look.dot(s.normal) < 0.1 * look.norm()) continue;
+      PointVote vote;
+      vote.position_m = s.at;
+      vote.to_viewer = look.normalized().cast<float>();
+      vote.sd_m = static_cast<float>(noise_m_);
+      votes.push_back(vote);
+    }
+    return votes;
   }
   std::vector<Eigen::Vector3d> Points() const {
     std::vector<Eigen::Vector3d> points;
