@@ -66,6 +66,28 @@ core::Expected<gis::RoadMap> ReadRoadFile(const ReferenceOptions& options,
   return local;
 }
 
+/// Of the first place in the roads and buildings that say where they lie, at the ellipsoid's
+/// height.
+std::optional<core::Geodetic> OriginOfFiles(const ReferenceOptions& options) {
+  gis::MapFrame anywhere;
+  anywhere.coordinates = gis::Coordinates::kFromFile;
+  const auto place = [](const Eigen::Vector3d& p) {
+    core::Geodetic there = core::LocalEnu(core::Geodetic{}).ToGeodetic(p);
+    there.h_ellipsoidal_m = 0.0;
+    return there;
+  };
+  for (const auto& file : options.roads) {
+    const auto roads = gis::ReadRoads(file.string(), anywhere);
+    if (roads && !roads->polygons.empty()) return place(roads->polygons.front().outer_m.front());
+  }
+  for (const auto& file : options.buildings) {
+    const auto city = gis::ReadBuildings(file.string(), anywhere, {});
+    if (city && !city->buildings.empty() && !city->buildings.front().triangles_m.empty())
+      return place(city->buildings.front().triangles_m.front()[0]);
+  }
+  return {};
+}
+
 std::vector<Eigen::Vector2d> Flat(const std::vector<Eigen::Vector3d>& points) {
   std::vector<Eigen::Vector2d> flat;
   flat.reserve(points.size());
@@ -188,6 +210,12 @@ core::Expected<ReferenceResult> BuildReference(const ReferenceOptions& options) 
   place.origin = options.origin;
   if (auto done = AddClouds(options, builder, place, result.cloud_points); !done)
     return tl::unexpected(done.error());
+  if (!place.origin && !options.local && options.clouds.empty()) {
+    place.origin = OriginOfFiles(options);
+    if (place.origin && options.say)
+      options.say(
+          "the map's origin is the first corner of the files; metres of a map need --local");
+  }
   if (auto done = AddRoads(options, place); !done) return tl::unexpected(done.error());
   if (!options.ground.empty())
     if (auto done = AddGround(options, place); !done) return tl::unexpected(done.error());
