@@ -12,9 +12,11 @@
 #include <kawara/gnss_fix_t.hpp>
 #include <kawara/log_crc_t.hpp>
 #include <kawara/navigation_t.hpp>
+#include <kawara/object_texture_t.hpp>
 #include <kawara/phase1_t.hpp>
 #include <kawara/pose_t.hpp>
 #include <kawara/raw_bytes_t.hpp>
+#include <kawara/road_stations_t.hpp>
 #include <kawara/robot_pose_t.hpp>
 #include <kawara/truth_exposure_t.hpp>
 #include <kawara/truth_object_t.hpp>
@@ -32,8 +34,9 @@ void ForEachMessageType(F&& f) {
        std::type_identity<corrections_t>{}, std::type_identity<counters_t>{},
        std::type_identity<event_t>{}, std::type_identity<frame_t>{},
        std::type_identity<gnss_fix_t>{}, std::type_identity<log_crc_t>{},
-       std::type_identity<navigation_t>{}, std::type_identity<phase1_t>{},
-       std::type_identity<pose_t>{}, std::type_identity<raw_bytes_t>{},
+       std::type_identity<navigation_t>{}, std::type_identity<object_texture_t>{},
+       std::type_identity<phase1_t>{}, std::type_identity<pose_t>{},
+       std::type_identity<raw_bytes_t>{}, std::type_identity<road_stations_t>{},
        std::type_identity<robot_pose_t>{}, std::type_identity<truth_exposure_t>{},
        std::type_identity<truth_object_t>{});
 }
