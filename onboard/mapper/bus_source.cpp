@@ -63,7 +63,7 @@ core::Expected<void> BusSource::Listen() {
   return comms::Subscribe<phase1_t>(
       *bus_, "PHASE1", [this](const phase1_t& packet, const comms::MessageMeta&) {
         if (packet.stage != kFullPicture || !packet.pose.valid || packet.pose.gps_ns <= 0) return;
-        Take(packet.robot, packet.pose.gps_ns, packet.jpeg);
+        Take(packet.robot, packet.mission, packet.pose.gps_ns, packet.jpeg);
       });
 }
 
@@ -80,9 +80,10 @@ bool BusSource::MakeRig(std::span<const std::uint8_t> jpeg) {
   return true;
 }
 
-void BusSource::Take(const std::string& robot, std::int64_t gps_ns,
+void BusSource::Take(const std::string& robot, const std::string& mission, std::int64_t gps_ns,
                      std::span<const std::uint8_t> jpeg) {
   if (robot_.empty()) robot_ = robot;
+  if (mission_.empty() && robot == robot_) mission_ = mission;
   const auto number = static_cast<std::uint64_t>(gps_ns);
   if (robot != robot_ || number <= last_number_) return;
   const auto metadata = vision::ReadPanoramaMetadata(jpeg);

@@ -43,6 +43,8 @@ class BusSource : public FrameSource {
   core::Expected<std::optional<Stop>> Next() override;
   std::uint64_t left_out() const override { return dropped_; }
   const std::string& robot() const { return robot_; }
+  /// Of the first picture.
+  const std::string& mission() const { return mission_; }
 
  private:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -50,7 +52,8 @@ class BusSource : public FrameSource {
   BusSource(std::unique_ptr<comms::Bus> bus, const BusSourceOptions& options)
       : bus_(std::move(bus)), options_(options), robot_(options.robot) {}
   core::Expected<void> Listen();
-  void Take(const std::string& robot, std::int64_t gps_ns, std::span<const std::uint8_t> jpeg);
+  void Take(const std::string& robot, const std::string& mission, std::int64_t gps_ns,
+            std::span<const std::uint8_t> jpeg);
   bool MakeRig(std::span<const std::uint8_t> jpeg);
   bool asked_to_stop() const { return options_.stop != nullptr && *options_.stop; }
   void Run();
@@ -58,7 +61,7 @@ class BusSource : public FrameSource {
   std::unique_ptr<comms::Bus> bus_;
   BusSourceOptions options_;
   Rig rig_;
-  std::string robot_;
+  std::string robot_, mission_;
   std::uint64_t last_number_ = 0;
   Eigen::Vector3d last_place_ = Eigen::Vector3d::Zero();
   bool any_ = false;

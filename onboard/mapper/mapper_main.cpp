@@ -21,6 +21,8 @@
 #include "onboard/mapper/model_run.hpp"
 #include "onboard/mapper/progress_line.hpp"
 #include "onboard/mapper/survey_source.hpp"
+#include "onboard/mapper/watch/change_reporter.hpp"
+#include "vision/change/reference_file.hpp"
 
 namespace {
 
@@ -62,10 +64,32 @@ void OnSignal(int) { stop_asked = true; }
 /// What a model is made with, and what is wanted beside it.
 struct ModelWishes {
   kawara::mapper::ModelOptions options;
-  std::string report;  ///< file; empty: none
+  std::string report;     ///< file; empty: none
+  std::string reference;  ///< file; empty: changes are not looked for
+  std::vector<std::filesystem::path> known;
+  std::string robot, mission;  ///< who looks
+  /// On the bus; empty: there is none.
+  kawara::comms::ObjectPublisher::Send send;
 };
 
 using Report = std::optional<kawara::mapper::ModelReport>;
+using Reference = std::optional<kawara::vision::ReferenceMap>;
+
+kawara::core::Expected<Reference> OpenReference(const ModelWishes& wishes) {
+  if (wishes.reference.empty()) return Reference();
+  auto reference = kawara::vision::ReadReference(wishes.reference);
+  if (!reference) return tl::unexpected(reference.error());
+  return Reference(std::move(*reference));
+}
+
+/// Where the map lies: as an earlier run on the same folder laid it, else as the reference's does.
+std::optional<kawara::core::Geodetic> OriginOf(const ModelWishes& wishes,
+                                               const Reference& reference) {
+  std::optional<kawara::core::Geodetic> origin;
+  if (!wishes.options.fresh) origin = kawara::mapper::ModelStore::OriginOf(wishes.options.out);
+  if (!origin && reference) origin = reference->origin;
+  return origin;
+}
 
 /// Refuses before the work, not after it. Empty: there is none, and none is wanted.
 kawara::core::Expected<Report> OpenReport(const ModelWishes& wishes, const std::string& truth) {
@@ -76,7 +100,8 @@ kawara::core::Expected<Report> OpenReport(const ModelWishes& wishes, const std::
 }
 
 int Model(kawara::mapper::FrameSource& source, const std::string& name, bool live,
-          const kawara::mapper::ModelOptions& options, Report report) {
+          const ModelWishes& wishes, Report report, Reference reference) {
+  const kawara::mapper::ModelOptions& options = wishes.options;
   kawara::mapper::ProgressLine line;
   kawara::mapper::ModelHooks hooks;
   hooks.progress = [&](std::uint64_t stops, std::uint64_t all, std::uint64_t pairs) {
@@ -90,6 +115,28 @@ int Model(kawara::mapper::FrameSource& source, const std::string& name, bool liv
   if (report) {
     hooks.measured = [&](const kawara::mapper::PicturePair& pair, const auto& camera,
                          const auto& ranges) { report->Measured(pair, camera, ranges); };
+  }
+  std::unique_ptr<kawara::mapper::ChangeReporter> changes;
+  if (reference) {
+    kawara::mapper::ReporterOptions reporting;
+    reporting.reference = std::move(*reference);
+    reporting.known = wishes.known;
+    reporting.robot = wishes.robot;
+    reporting.mission = wishes.mission;
+    reporting.send = wishes.send;
+    reporting.journal = options.out / "changes.lcm";
+    reporting.fresh = options.fresh;
+    reporting.origin = source.rig().origin;
+    reporting.say = hooks.say;
+    std::error_code error;
+    std::filesystem::create_directories(options.out, error);  // RunModel says what is wrong with it
+    auto opened = kawara::mapper::ChangeReporter::Open(std::move(reporting));
+    if (!opened) return Fail(opened.error().message, StatusOf(opened.error().code));
+    changes = std::move(*opened);
+    hooks.grown = [&](const auto& grown) {
+      changes->Repeat(kawara::core::MonoNow());
+      return changes->OnGrown(grown);
+    };
   }
   // A live source ends when it is asked to, and the model is then finished.
   if (!live) hooks.stop = &stop_asked;
@@ -108,6 +155,12 @@ int Model(kawara::mapper::FrameSource& source, const std::string& name, bool liv
   if (!result->rig.empty()) std::printf("kawara-mapper: %s\n", result->rig.c_str());
   std::printf("kawara-mapper: %" PRIu64 " pairs in %.1f s; %zu tiles, %" PRIu64 " faces; %s\n",
               result->pairs, result->seconds, result->tiles, result->faces, result->vrml.c_str());
+  if (changes) {
+    std::printf("kawara-mapper: %zu changed objects stand (%" PRIu64 " revisions, %" PRIu64
+                " pictures of sides, %" PRIu64 " road stations told; %.1f s CPU); %s\n",
+                changes->objects(), changes->told(), changes->textures(), changes->stations(),
+                changes->cpu_s(), (options.out / "changes.lcm").c_str());
+  }
   if (!report) return 0;
   const auto written = report->Write(options, *result, source.rig(), name);
   return written ? 0 : Fail(written.error().message, 1);
@@ -120,13 +173,18 @@ std::string FullName(const std::string& path) {
 }
 
 int ModelOfSurvey(const std::string& folder, const ModelWishes& wishes) {
-  auto survey = kawara::survey::OpenSurvey(folder);
+  auto reference = OpenReference(wishes);
+  if (!reference) return Fail(reference.error().message, StatusOf(reference.error().code));
+  auto survey = kawara::survey::OpenSurvey(folder, OriginOf(wishes, *reference));
   if (!survey) return Fail(survey.error().message, StatusOf(survey.error().code));
   auto report = OpenReport(wishes, folder);
   if (!report) return Fail(report.error().message, StatusOf(report.error().code));
   const std::string name = FullName(folder) + " (" + kawara::mapper::FingerprintOf(folder) + ")";
   kawara::mapper::SurveySource source(std::move(*survey));
-  return Model(source, name, false, wishes.options, std::move(*report));
+  ModelWishes complete = wishes;
+  complete.mission = std::filesystem::path(FullName(folder)).filename().string();
+  if (complete.robot.empty()) complete.robot = "robot";
+  return Model(source, name, false, complete, std::move(*report), std::move(*reference));
 }
 
 struct BusArguments {
@@ -164,24 +222,37 @@ int ModelOfBus(const BusArguments& args, const ModelWishes& wishes) {
   const kawara::mapper::ModelOptions& options = wishes.options;
   auto report = OpenReport(wishes, "");
   if (!report) return Fail(report.error().message, StatusOf(report.error().code));
+  auto reference = OpenReference(wishes);
+  if (!reference) return Fail(reference.error().message, StatusOf(reference.error().code));
   auto bus = OpenBus(args);
   if (!bus) return Fail(bus.error().message, StatusOf(bus.error().code));
   auto source = kawara::mapper::BusSource::Open(
-      std::move(*bus),
-      {.live = args.live,
-       .step_m = options.pairs.step_m,
-       .robot = args.robot,
-       .origin = options.fresh ? std::nullopt : kawara::mapper::ModelStore::OriginOf(options.out),
-       .stop = &stop_asked,
-       .say = [](const std::string& text) {
-         std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
-       }});
+      std::move(*bus), {.live = args.live,
+                        .step_m = options.pairs.step_m,
+                        .robot = args.robot,
+                        .origin = OriginOf(wishes, *reference),
+                        .stop = &stop_asked,
+                        .say = [](const std::string& text) {
+                          std::fprintf(stderr, "kawara-mapper: %s\n", text.c_str());
+                        }});
   if (!source) return Fail(source.error().message, StatusOf(source.error().code));
   // Not before: what listens to the bus costs little, and what it fetches too late is lost.
   if (args.live && !args.normal_priority) GiveWay();
   const std::string name =
       args.live ? "robot '" + (*source)->robot() + "' on the bus" : FullName(args.logs.front());
-  return Model(**source, name, args.live, options, std::move(*report));
+  ModelWishes complete = wishes;
+  complete.robot = (*source)->robot();
+  complete.mission = (*source)->mission();
+  std::unique_ptr<kawara::comms::Bus> out;
+  if (args.live && *reference) {
+    auto opened = OpenBus(args);
+    if (!opened) return Fail(opened.error().message, StatusOf(opened.error().code));
+    out = std::move(*opened);
+    complete.send = [&out](std::string_view channel, const std::vector<std::uint8_t>& message) {
+      return out->Publish(channel, message);
+    };
+  }
+  return Model(**source, name, args.live, complete, std::move(*report), std::move(*reference));
 }
 
 }  // namespace
@@ -219,7 +290,8 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::IsMember({"idle", "normal"}))
       ->needs(live);
-  app.add_option("--robot", bus.robot, "with --log or --live: of several robots, this one");
+  app.add_option("--robot", bus.robot,
+                 "with --log or --live: of several robots, this one; else who looked");
   app.add_option("--depth-only", frames,
                  "two frames by name: only the distance image of the first, in its own pixels")
       ->expected(2)
@@ -258,6 +330,13 @@ int main(int argc, char** argv) {
   app.add_option("--voxel", model.builder.voxel_m, "of the model [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.02, 1.0));
+  app.add_option("--reference", wishes.reference,
+                 "file of kawara-reference: what stands on its road and is not in it is told of "
+                 "while the model grows, in OUT/changes.lcm and, with --live, on the bus");
+  app.add_option("--known", wishes.known,
+                 "changes.lcm of earlier missions: their objects keep their ids, and are closed "
+                 "when they are gone")
+      ->expected(1, -1);
   app.add_flag("--fresh", model.fresh,
                "make the model anew instead of going on with what is in the folder");
   app.add_option("--reach", model.builder.reach_m, "ranges beyond are not voted [m]")
@@ -277,6 +356,7 @@ int main(int argc, char** argv) {
   if (!frames.empty() && !wishes.report.empty()) {
     return Fail("--report is of a model: leave --depth-only out", 2);
   }
+  wishes.robot = bus.robot;
   bus.normal_priority = priority == "normal";
   if (method == "paper") depth.stereo.method = kawara::mapper::StereoMethod::kPaper;
   if (method == "paper" && depth.stereo.px_per_rad > 0.0) {

@@ -94,7 +94,28 @@ core::Expected<void> ModelBuilder::Add(const PicturePair& pair) {
   ++pairs_;
   ++since_commit_;
   last_stop_ = pair.stop;
+  last_place_ = here;
+  last_time_ = pair.time;
+  added_ = true;
+  if (auto done = TellGrown(false); !done) return done;
   return FinishTiles(here);
+}
+
+core::Expected<void> ModelBuilder::TellGrown(bool last) {
+  if (!grown_ || !added_) return {};
+  const auto views = [this] {
+    std::vector<NamedView> all;
+    for (const auto& look : looks_) all.push_back({ViewOf(*look), look->name, look->time});
+    return all;
+  };
+  return grown_({map_, last_place_, keep_m(), last_time_, views, last});
+}
+
+vision::TextureView ModelBuilder::ViewOf(const Look& look) const {
+  return {.camera = *rig_->cameras[look.camera].model,
+          .picture = look.picture->view(),
+          .ranges = &look.ranges,
+          .map_from_camera = look.map_from_camera};
 }
 
 core::Expected<void> ModelBuilder::Match(const PicturePair& pair) {
@@ -107,8 +128,9 @@ core::Expected<void> ModelBuilder::Match(const PicturePair& pair) {
 }
 
 void ModelBuilder::AddLook(const PicturePair& pair) {
-  looks_.push_back(std::make_unique<Look>(Look{
-      pair.stop, pair.camera, pair.picture_a, vision::RangesForTexture(ranges_), pair.map_from_a}));
+  looks_.push_back(
+      std::make_unique<Look>(Look{pair.stop, pair.time, pair.camera, pair.name, pair.picture_a,
+                                  vision::RangesForTexture(ranges_), pair.map_from_a}));
 }
 
 std::uint64_t ModelBuilder::first_look() const {
@@ -119,6 +141,7 @@ std::uint64_t ModelBuilder::first_look() const {
 core::Expected<void> ModelBuilder::Pause() { return Commit(0); }
 
 core::Expected<void> ModelBuilder::Finish(std::uint64_t stops_of_source) {
+  if (auto told = TellGrown(true); !told) return told;
   for (const vision::TileIndex& tile : map_.Tiles()) {
     const TileRecord* record = store_.Find(tile.x, tile.y);
     if (!map_.IsResident(tile) && record != nullptr) continue;  // written before it was put away
@@ -191,10 +214,7 @@ core::Expected<void> ModelBuilder::FinishTile(const vision::TileIndex& tile) {
     const double within = LooksWithin(tile);
     for (const auto& look : looks_) {
       if (Distance(tile, look->place()) > within) continue;
-      views.push_back({.camera = *rig_->cameras[look->camera].model,
-                       .picture = look->picture->view(),
-                       .ranges = &look->ranges,
-                       .map_from_camera = look->map_from_camera});
+      views.push_back(ViewOf(*look));
     }
     const auto done = vision::ApplyTexture(surface, options_.voxel_m, views, {}, encoder_);
     if (!done) return tl::unexpected(done.error());

@@ -8,6 +8,7 @@
 #include "onboard/mapper/pair_maker.hpp"
 #include "onboard/mapper/stereo_method.hpp"
 #include "vision/jpeg.hpp"
+#include "vision/model/texture.hpp"
 #include "vision/voxel/voxel_map.hpp"
 
 namespace kawara::mapper {
@@ -22,6 +23,25 @@ struct BuilderOptions {
 /// call.
 using Measured = std::function<void(const PicturePair& pair, const vision::StereoCamera& camera,
                                     const vision::RangeImage& ranges)>;
+
+/// A picture that textures can be taken from, good during the call it comes with.
+struct NamedView {
+  vision::TextureView view;
+  std::string name;    ///< of the picture
+  core::GpsTime time;  ///< mid-exposure
+};
+
+/// What the model knows after a pair was added to it.
+struct Grown {
+  const vision::VoxelMap& map;
+  Eigen::Vector3d here;  ///< of the camera, map [m]
+  double known_m = 0.0;  ///< all voxels so far around are in memory
+  core::GpsTime time;
+  /// Pictures of the last metres of the drive.
+  std::function<std::vector<NamedView>()> views;
+  bool last = false;  ///< nothing was added since, and nothing will be
+};
+using OnGrown = std::function<core::Expected<void>(const Grown& grown)>;
 
 /// Pairs of pictures to a model on disk, tile by tile (the paper's section 4): distance image,
 /// votes, and, once the drive is out of reach of a tile, its surface and texture. Tiles left behind
@@ -44,6 +64,8 @@ class ModelBuilder {
   /// From now on told of every distance image; then those of pairs before first_stop() are made
   /// too.
   void OnMeasured(Measured measured) { measured_ = std::move(measured); }
+  /// From now on told of every pair that was added, before anything is put away.
+  void OnGrown(OnGrown grown) { grown_ = std::move(grown); }
   /// Pairs before first_stop() give pictures for textures only.
   core::Expected<void> Add(const PicturePair& pair);
   /// What there is, durable: to be gone on with.
@@ -58,7 +80,9 @@ class ModelBuilder {
   /// A picture that textures may be taken from.
   struct Look {
     std::uint64_t stop = 0;
+    core::GpsTime time;
     std::size_t camera = 0;
+    std::string name;
     SharedPicture picture;
     vision::RangeImage ranges;
     Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
@@ -71,6 +95,8 @@ class ModelBuilder {
 
   core::Expected<void> Match(const PicturePair& pair);
   void AddLook(const PicturePair& pair);
+  vision::TextureView ViewOf(const Look& look) const;
+  core::Expected<void> TellGrown(bool last);
   core::Expected<void> ReturnAbout(const Eigen::Vector3d& here);
   core::Expected<void> FinishTiles(const Eigen::Vector3d& here);
   core::Expected<void> FinishTile(const vision::TileIndex& tile);
@@ -90,12 +116,15 @@ class ModelBuilder {
   vision::VoxelMap map_;
   StereoMatcher matcher_;
   Measured measured_;
+  mapper::OnGrown grown_;
+  Eigen::Vector3d last_place_ = Eigen::Vector3d::Zero();  ///< of the last pair that was added
+  core::GpsTime last_time_;
   vision::JpegEncoder encoder_;
   std::vector<std::unique_ptr<Look>> looks_;
   vision::RangeImage ranges_;
   std::uint64_t first_stop_ = 0;  ///< everything before is in the voxels already
   std::uint64_t pairs_ = 0, since_commit_ = 0, last_stop_ = 0;
-  bool started_ = false, tiles_written_ = false;
+  bool added_ = false, started_ = false, tiles_written_ = false;
 };
 
 }  // namespace kawara::mapper

@@ -110,6 +110,7 @@ core::Expected<ModelResult> RunModel(const ModelOptions& options, FrameSource& s
   }
 
   if (hooks.measured) builder->OnMeasured(hooks.measured);
+  if (hooks.grown) builder->OnGrown(hooks.grown);
   const std::uint64_t from_stop = hooks.measured ? 0 : builder->first_look();
   PairMaker maker(options.pairs, source.rig(), cameras, from_stop);
   PairQueue queue;

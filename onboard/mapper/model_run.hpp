@@ -28,6 +28,8 @@ struct ModelHooks {
   /// See ModelBuilder::OnMeasured; from the calling thread. If set, all pairs of the source are
   /// measured, those too that an earlier run has put into the model.
   Measured measured;
+  /// See ModelBuilder::OnGrown; from the calling thread. An error ends the run.
+  OnGrown grown;
   /// Set by a signal: end soon, with everything durable.
   const std::atomic<bool>* stop = nullptr;
 };

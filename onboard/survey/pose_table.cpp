@@ -67,7 +67,8 @@ std::optional<std::int64_t> NanosecondsOf(std::string_view text) {
 /// Reads one line after the other by the columns of the header.
 class PoseReader {
  public:
-  PoseReader(const std::string& source, BodyAxes body) : source_(source), body_(body) {}
+  PoseReader(const std::string& source, BodyAxes body, const std::optional<core::Geodetic>& origin)
+      : source_(source), body_(body), origin_(origin) {}
 
   core::Expected<void> Header(const std::vector<std::string_view>& names, int line) {
     names_.assign(names.begin(), names.end());
@@ -183,9 +184,9 @@ class PoseReader {
       }
       const core::Geodetic here{(*place)[0] * core::kRadFromDeg, (*place)[1] * core::kRadFromDeg,
                                 (*place)[2]};
-      if (!table.origin) {
-        table.origin = here;
-        map_.emplace(here);
+      if (!map_) {
+        table.origin = origin_.value_or(here);
+        map_.emplace(*table.origin);
       }
       row.map_from_body.translation() = map_->FromGeodetic(here);
       R_enu_ned = core::RotationEnuFromNed(*table.origin, here);
@@ -228,6 +229,7 @@ class PoseReader {
 
   const std::string& source_;
   const BodyAxes body_;
+  const std::optional<core::Geodetic> origin_;
   int line_ = 0;
   std::vector<std::string> names_;
   const std::vector<std::string_view>* fields_ = nullptr;
@@ -239,9 +241,9 @@ class PoseReader {
 }  // namespace
 
 core::Expected<PoseTable> ParsePoses(std::string_view text, const std::string& source,
-                                     BodyAxes body) {
+                                     BodyAxes body, const std::optional<core::Geodetic>& origin) {
   constexpr std::array<std::string_view, 8> kTum = {"t", "x", "y", "z", "qx", "qy", "qz", "qw"};
-  PoseReader reader(source, body);
+  PoseReader reader(source, body, origin);
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   bool has_header = false, by_comma = true;
   for (int line_number = 1; !text.empty(); ++line_number) {

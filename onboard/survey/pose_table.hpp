@@ -26,8 +26,8 @@ struct PoseRow {
 
 struct PoseTable {
   std::vector<PoseRow> rows;
-  /// Of the map (its axes then are east, north, up there): the first row's place, where poses are
-  /// geodetic. Empty: the map is the file's own frame.
+  /// Of the map (its axes then are east, north, up there) where poses are geodetic: as asked for,
+  /// else the first row's place. Empty: the map is the file's own frame.
   std::optional<core::Geodetic> origin;
 };
 
@@ -42,6 +42,7 @@ struct PoseTable {
 /// become a pose of `body` axes; quaternions are taken as they are. Other columns are passed over.
 /// Errors: kFormat, "source:line: what".
 core::Expected<PoseTable> ParsePoses(std::string_view text, const std::string& source,
-                                     BodyAxes body);
+                                     BodyAxes body,
+                                     const std::optional<core::Geodetic>& origin = {});
 
 }  // namespace kawara::survey

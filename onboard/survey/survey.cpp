@@ -144,14 +144,15 @@ core::Expected<SurveyCamera> MakeCamera(const fs::path& folder, const CameraConf
   return camera;
 }
 
-core::Expected<PoseTable> ReadPoses(const fs::path& folder, BodyAxes body) {
+core::Expected<PoseTable> ReadPoses(const fs::path& folder, BodyAxes body,
+                                    const std::optional<core::Geodetic>& origin) {
   for (const char* name : {"poses.csv", "poses.txt", "poses.tum"}) {
     std::error_code error;
     const std::string path = (folder / name).string();
     if (!fs::exists(path, error)) continue;
     const auto text = ReadText(path);
     if (!text) return tl::unexpected(text.error());
-    return ParsePoses(*text, path, body);
+    return ParsePoses(*text, path, body, origin);
   }
   return Fail(ErrorCode::kNotFound,
               (folder / "poses.csv").string() + ": no such file (nor poses.txt, poses.tum)");
@@ -164,7 +165,8 @@ fs::path WhereFramesAre(const fs::path& folder, const CameraConfig& config, bool
 
 }  // namespace
 
-core::Expected<Survey> OpenSurvey(const fs::path& folder) {
+core::Expected<Survey> OpenSurvey(const fs::path& folder,
+                                  const std::optional<core::Geodetic>& origin) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     return Fail(ErrorCode::kNotFound, folder.string() + ": no such folder");
@@ -174,7 +176,7 @@ core::Expected<Survey> OpenSurvey(const fs::path& folder) {
   if (!text) return tl::unexpected(text.error());
   const auto config = ParseSurveyConfig(*text, camera_file);
   if (!config) return tl::unexpected(config.error());
-  auto poses = ReadPoses(folder, config->body_axes);
+  auto poses = ReadPoses(folder, config->body_axes, origin);
   if (!poses) return tl::unexpected(poses.error());
 
   Survey survey;

@@ -47,7 +47,9 @@ struct Survey {
 
 /// Errors: one line of what, where and how to mend it (of camera.yaml: a line for every mistake).
 /// Pictures without pose and poses without picture are counted; none that fit is an error.
-core::Expected<Survey> OpenSurvey(const std::filesystem::path& folder);
+/// `origin`: of the map, where poses are geodetic; not given: the first pose's place.
+core::Expected<Survey> OpenSurvey(const std::filesystem::path& folder,
+                                  const std::optional<core::Geodetic>& origin = {});
 
 /// What people call a frame: its name, after the camera's and a '/' where there are several.
 std::string FullNameOf(const Survey& survey, const SurveyFrame& frame);
