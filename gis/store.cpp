@@ -1,12 +1,11 @@
 #include "gis/store.hpp"
 
-#include <sys/stat.h>
-
 #include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "gis/file_identity.hpp"
 #include "gis/gdal_errors.hpp"
 #include "gis/ogr_dataset.hpp"
 #include "gis/picture_folder.hpp"
@@ -19,18 +18,6 @@ namespace kawara::gis {
 namespace {
 
 using Record = std::variant<PoseRecord, PanoramaRecord, EventRecord>;
-
-struct FileIdentity {
-  dev_t device = 0;
-  ino_t inode = 0;
-  bool operator==(const FileIdentity&) const = default;
-};
-
-std::optional<FileIdentity> IdentityOf(const std::string& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
-  return FileIdentity{status.st_dev, status.st_ino};
-}
 
 std::size_t BytesOf(const PoseRecord& r) { return sizeof r + r.robot.size() + r.mission.size(); }
 std::size_t BytesOf(const EventRecord& r) {

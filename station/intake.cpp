@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "gis/kiwi/check_object.hpp"
 #include "gis/record_check.hpp"
 
 namespace kawara::station {
@@ -133,6 +134,50 @@ void Intake::OnCounters(const counters_t& counters) {
     if (!loss || !gis::IsCleanText(name, gis::kMaxNameBytes)) continue;
     if (losses_.size() < kMostLosses || losses_.contains(name)) losses_[name] = counters.value[i];
   }
+}
+
+bool Intake::AreNames(const std::string& what, const std::string& robot,
+                      const std::string& mission) {
+  for (const std::string& name : {robot, mission}) {
+    if (!name.empty() && gis::IsCleanText(name, gis::kMaxNameBytes)) continue;
+    Refuse(what, "robot and mission need names of 1..64 clean bytes");
+    return false;
+  }
+  return true;
+}
+
+void Intake::OnObject(const changed_object_t& message, core::MonoTime received) {
+  auto report = comms::FromMessage(message);
+  if (!report) return Refuse("OBJECT", report.error().message);
+  if (!AreNames("OBJECT", report->robot, report->mission)) return;
+  if (auto checked = gis::CheckObject(report->object); !checked)
+    return Refuse("OBJECT", checked.error().message);
+  ++stats_.objects;
+  sink_({.record = std::move(*report), .received = received});
+}
+
+void Intake::OnTexture(const object_texture_t& message, core::MonoTime received) {
+  if (!AreNames("OBJECT.TEXTURE", message.robot, message.mission)) return;
+  auto whole = atlases_.Add(message);
+  if (!whole) return Refuse("OBJECT.TEXTURE", whole.error().message);
+  if (!*whole) return;
+  if (auto checked = gis::CheckTextures((*whole)->textures); !checked)
+    return Refuse("OBJECT.TEXTURE", checked.error().message);
+  ++stats_.textures;
+  sink_({.record = std::move(**whole), .received = received});
+}
+
+void Intake::OnRoad(const road_stations_t& message, core::MonoTime received) {
+  auto report = comms::FromMessage(message);
+  if (!report) return Refuse("ROAD", report.error().message);
+  if (!AreNames("ROAD", report->robot, report->mission)) return;
+  for (const core::RoadStation& station : report->stations) {
+    auto checked = gis::CheckStation(station);
+    if (checked && station.observed.IsSet()) continue;
+    return Refuse("ROAD", checked ? "a station that nobody observed" : checked.error().message);
+  }
+  stats_.stations += static_cast<std::int64_t>(report->stations.size());
+  sink_({.record = std::move(*report), .received = received});
 }
 
 Intake::Mission& Intake::MissionOf(const std::string& robot, const std::string& name) {

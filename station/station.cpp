@@ -53,6 +53,15 @@ core::Expected<void> Station::Subscribe(comms::Bus& bus) {
   if (done) done = on("EVENT", event_t{}, [this](const event_t& m) { intake_.OnEvent(m, now_); });
   if (done)
     done = on("COUNTERS", counters_t{}, [this](const counters_t& m) { intake_.OnCounters(m); });
+  if (done)
+    done = on("OBJECT", changed_object_t{},
+              [this](const changed_object_t& m) { intake_.OnObject(m, now_); });
+  if (done)
+    done = on("OBJECT\\.TEXTURE", object_texture_t{},
+              [this](const object_texture_t& m) { intake_.OnTexture(m, now_); });
+  if (done)
+    done = on("ROAD", road_stations_t{},
+              [this](const road_stations_t& m) { intake_.OnRoad(m, now_); });
   return done;
 }
 
@@ -126,13 +135,27 @@ core::Expected<void> Station::RunLog(comms::Bus& bus, const std::atomic<bool>& s
   return CommitPatiently(true);
 }
 
+namespace {
+
+/// Empty if there are none.
+std::string ObjectsText(const ObjectCounts& counts) {
+  if (counts.revisions + counts.textures + counts.stations + counts.known + counts.orphans == 0)
+    return {};
+  return std::to_string(counts.revisions) + " revisions of changed objects, " +
+         std::to_string(counts.textures) + " with pictures of their sides, and " +
+         std::to_string(counts.stations) + " road stations registered; ";
+}
+
+}  // namespace
+
 std::string Station::Summary() const {
   const IntakeStats& in = intake_.stats();
   const gis::StoreStats stored = feeder_.stats();
   const auto n = [](auto value) { return std::to_string(value); };
   std::string text = n(stored.panoramas) + " pictures (" + n(in.pictures) + " full and " +
                      n(in.previews) + " preview packets), " + n(stored.poses) + " poses of " +
-                     n(in.poses) + ", " + n(stored.events) + " events stored; pictures missing " +
+                     n(in.poses) + ", " + n(stored.events) + " events stored; " +
+                     ObjectsText(feeder_.objects()) + "pictures missing " +
                      n(intake_.missing_pictures()) + ", late " + n(intake_.late_pictures()) +
                      "; packets repeated " + n(stored.duplicates) + ", refused " +
                      n(in.refused + feeder_.refused() + static_cast<std::int64_t>(bad_messages_)) +

@@ -17,7 +17,8 @@ struct RunLimits {
   double idle_exit_s = 0.0;  ///< live: end when the bus has been silent for so long; 0: never
 };
 
-/// The base station's first part: PHASE1, POSE, POSE.EPOCH and EVENT from a bus into the store.
+/// PHASE1, POSE, POSE.EPOCH and EVENT from a bus into the store, OBJECT, OBJECT.TEXTURE and ROAD
+/// into its register of changed objects.
 class Station {
  public:
   using Say = std::function<void(const std::string&)>;

@@ -14,6 +14,7 @@
 #include "comms/log_bus.hpp"
 #include "core/config/config.hpp"
 #include "gis/dump.hpp"
+#include "gis/kiwi/change_overlay.hpp"
 #include "gis/track_map.hpp"
 #include "station/station.hpp"
 
@@ -90,7 +91,9 @@ int Run(const Arguments& args) {
   std::printf("kawara-station: %s: %s\n", config->store.target.c_str(), base.Summary().c_str());
   if (!ran) return Complain(ran.error(), 1);
   if (args.map.empty()) return 0;
-  const auto drawn = gis::DrawTrackMap(config->store.target, args.map);
+  const auto changes = gis::LoadChangeOverlay(config->store.target);
+  if (!changes) return Complain(changes.error(), 1);
+  const auto drawn = gis::DrawTrackMap(config->store.target, args.map, {}, *changes);
   return drawn ? 0 : Complain(drawn.error(), 1);
 }
 
@@ -114,7 +117,7 @@ int main(int argc, char** argv) {
   app.add_option("--log", args.logs, "work from this log file or folder instead of the live bus")
       ->allow_extra_args(false);
   app.add_option("--latency", args.latency, "CSV: when each picture became durable");
-  app.add_option("--map", args.map, "PNG map of the tracks, drawn at the end");
+  app.add_option("--map", args.map, "PNG map of the tracks and of what changed, drawn at the end");
   app.add_option("--duration", args.limits.duration_s, "end after so many seconds");
   app.add_option("--idle-exit", args.limits.idle_exit_s, "end after so many seconds of silence");
   app.add_option("--dump", args.dump, "print everything this store says, in one order, and end");

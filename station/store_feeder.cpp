@@ -11,6 +11,7 @@ namespace kawara::station {
 namespace {
 
 constexpr std::size_t kMostLatencies = 100000;
+constexpr std::size_t kMostObjects = 20000;  // waiting for a register that cannot be written
 
 core::Expected<void> Add(gis::SpatioTemporalStore& store, const Item& item) {
   if (const auto* pose = std::get_if<gis::PoseRecord>(&item.record)) return store.AddPose(*pose);
@@ -19,10 +20,18 @@ core::Expected<void> Add(gis::SpatioTemporalStore& store, const Item& item) {
   return store.AddPanorama(*item.picture());
 }
 
+core::Expected<void> Add(ObjectFeeder& objects, const Item& item) {
+  if (const auto* object = std::get_if<comms::ObjectReport>(&item.record))
+    return objects.Add(*object);
+  if (const auto* texture = std::get_if<comms::TextureReport>(&item.record))
+    return objects.Add(*texture);
+  return objects.Add(std::get<comms::RoadReport>(item.record));
+}
+
 }  // namespace
 
 StoreFeeder::StoreFeeder(gis::StoreConfig config, Say say)
-    : config_(std::move(config)), say_(std::move(say)) {}
+    : config_(std::move(config)), say_(std::move(say)), objects_(config_.target) {}
 
 core::Expected<StoreFeeder> StoreFeeder::Create(gis::StoreConfig config,
                                                 const std::string& latency_csv, Say say) {
@@ -44,6 +53,13 @@ core::Expected<void> StoreFeeder::Connect() {
 }
 
 void StoreFeeder::Put(Item item) {
+  if (item.is_of_objects()) {
+    pending_objects_.push_back(std::move(item));
+    if (pending_objects_.size() <= kMostObjects) return;
+    pending_objects_.pop_front();
+    ++refused_;
+    return;
+  }
   if (item.picture() != nullptr) ++pending_pictures_;
   pending_.push_back(std::move(item));
 }
@@ -74,8 +90,27 @@ core::Expected<void> StoreFeeder::Attempt(bool finish) {
   return finish ? store_->Close() : store_->Flush();
 }
 
+core::Expected<void> StoreFeeder::RegisterObjects(bool finish) {
+  core::Expected<void> done;
+  while (done && !pending_objects_.empty()) {
+    done = Add(objects_, pending_objects_.front());
+    if (!done && done.error().code != core::ErrorCode::kInvalidArgument) break;
+    if (!done) ++refused_;
+    done = {};
+    pending_objects_.pop_front();
+  }
+  if (done && finish) done = objects_.Close();
+  const std::string trouble = done ? std::string() : "changed objects: " + done.error().message;
+  if (trouble != objects_trouble_) {
+    objects_trouble_ = trouble;
+    say_(done ? "changed objects are registered again" : trouble + "; they wait, trying again");
+  }
+  return done;
+}
+
 core::Expected<void> StoreFeeder::Commit() {
-  if (pending_.empty()) return {};
+  const auto registered = RegisterObjects(false);
+  if (pending_.empty()) return registered;
   auto done = Attempt(false);
   Report(done);
   if (done) Acknowledge();
@@ -83,10 +118,11 @@ core::Expected<void> StoreFeeder::Commit() {
 }
 
 core::Expected<void> StoreFeeder::Finish() {
+  const auto registered = RegisterObjects(true);
   auto done = Attempt(true);
   Report(done);
   if (done) Acknowledge();
-  return done;
+  return done ? registered : done;
 }
 
 void StoreFeeder::Acknowledge() {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "gis/file_identity.hpp"
 #include "gis/gdal_errors.hpp"
 #include "gis/kiwi/check_object.hpp"
 #include "gis/kiwi/kiwi_schema.hpp"
@@ -37,6 +38,7 @@ class ObjectRegister::Impl {
   PictureFolder textures_;
   std::string uri_prefix_;
   std::optional<OgrDataset> dataset_;
+  std::optional<FileIdentity> identity_;  ///< of the GeoPackage that is open
 };
 
 template <class Write>
@@ -66,10 +68,14 @@ auto ObjectRegister::Impl::Transact(core::UtcTime told, Write&& write)
 }
 
 core::Expected<void> ObjectRegister::Impl::Connect() {
+  // Somebody may have moved or deleted the file under us: rows would go to a file without a name.
+  if (dataset_ && !dataset_->is_postgis() && IdentityOf(config_.target) != identity_)
+    dataset_.reset();
   if (dataset_) return {};
   auto dataset = OpenStore(config_.target, KiwiSchema(), KiwiStyle);
   if (!dataset) return tl::unexpected(dataset.error());
   dataset_.emplace(std::move(*dataset));
+  identity_ = IdentityOf(config_.target);
   return Transact({},
                   [this](RegisterWriter& writer) { return writer.WriteFacts(config_.geoid_m); });
 }
@@ -150,12 +156,22 @@ ObjectRegister& ObjectRegister::operator=(ObjectRegister&&) noexcept = default;
 ObjectRegister::~ObjectRegister() = default;
 
 core::Expected<Registered> ObjectRegister::Register(const core::ChangedObject& object,
-                                                    const ObjectTextures& textures,
+                                                    const core::ObjectTextures& textures,
                                                     core::UtcTime told) {
   if (auto checked = CheckObject(object); !checked) return tl::unexpected(checked.error());
   if (auto checked = CheckTextures(textures); !checked) return tl::unexpected(checked.error());
   return impl_->Transact(told,
                          [&](RegisterWriter& writer) { return writer.Add(object, textures); });
+}
+
+core::Expected<Registered> ObjectRegister::RegisterTextures(const std::string& uid,
+                                                            std::uint64_t revision,
+                                                            const core::ObjectTextures& textures,
+                                                            core::UtcTime told) {
+  if (auto checked = CheckTextures(textures); !checked) return tl::unexpected(checked.error());
+  if (textures.atlas_jpeg.empty() || !IsCleanText(uid, kMaxNameBytes)) return Registered::kKnown;
+  return impl_->Transact(
+      told, [&](RegisterWriter& writer) { return writer.AddLate(uid, revision, textures); });
 }
 
 core::Expected<std::size_t> ObjectRegister::RegisterStations(

@@ -10,7 +10,7 @@
 #include "core/changed_object.hpp"
 #include "core/expected.hpp"
 #include "core/geodesy.hpp"
-#include "gis/kiwi/object_textures.hpp"
+#include "core/object_textures.hpp"
 
 namespace kawara::gis {
 
@@ -68,7 +68,13 @@ class ObjectRegister {
   /// `told`: when this store was told, for kp_tx; not set: not noted. Gone without ever having been
   /// registered: added and closed at once.
   core::Expected<Registered> Register(const core::ChangedObject& object,
-                                      const ObjectTextures& textures = {}, core::UtcTime told = {});
+                                      const core::ObjectTextures& textures = {},
+                                      core::UtcTime told = {});
+  /// Textures that come after their revision. kKnown: there is no such revision, or it has its
+  /// textures; nothing changed.
+  core::Expected<Registered> RegisterTextures(const std::string& uid, std::uint64_t revision,
+                                              const core::ObjectTextures& textures,
+                                              core::UtcTime told = {});
   /// All in one transaction. A station exists from when it was observed (nobody looked: from
   /// `as_of`) until it is observed again. Answers how many rows were added.
   core::Expected<std::size_t> RegisterStations(std::span<const core::RoadStation> stations,

@@ -28,9 +28,9 @@ std::string SetEndSql(core::UtcTime end) {
   return "t_end = " + SqlText(IsoUtc(end)) + ", end_ns = " + std::to_string(end.ns());
 }
 
-std::string Evidence(const ObjectTextures& textures) {
+std::string Evidence(const core::ObjectTextures& textures) {
   std::vector<std::string> sources;
-  for (const FaceTexture& face : textures.faces) {
+  for (const core::FaceTexture& face : textures.faces) {
     const bool new_one = std::find(sources.begin(), sources.end(), face.source) == sources.end();
     if (!face.source.empty() && new_one) sources.push_back(face.source);
   }
@@ -136,7 +136,7 @@ core::Expected<void> RegisterWriter::CloseRow(const std::string& uid, const Prev
 }
 
 core::Expected<std::string> RegisterWriter::StageAtlas(const core::ChangedObject& object,
-                                                       const ObjectTextures& textures) {
+                                                       const core::ObjectTextures& textures) {
   if (textures.atlas_jpeg.empty()) return std::string();
   const std::string path =
       object.uid + "/" + object.uid + "_r" + std::to_string(object.revision) + ".jpg";
@@ -146,10 +146,11 @@ core::Expected<std::string> RegisterWriter::StageAtlas(const core::ChangedObject
 }
 
 core::Expected<void> RegisterWriter::AddTextures(const core::ChangedObject& object,
-                                                 const ObjectTextures& textures,
-                                                 const std::string& uri, core::UtcTime begin) {
+                                                 const core::ObjectTextures& textures,
+                                                 const std::string& uri, core::UtcTime begin,
+                                                 core::UtcTime end) {
   core::Expected<void> done;
-  for (const FaceTexture& face : textures.faces) {
+  for (const core::FaceTexture& face : textures.faces) {
     if (!done) break;
     done = Insert(kTextureTable, [&](OGRFeature& f) {
       SetTextAlways(f, "object_uid", object.uid);
@@ -165,15 +166,17 @@ core::Expected<void> RegisterWriter::AddTextures(const core::ChangedObject& obje
       }
       SetText(f, "source", face.source);
       SetTime(f, "taken", face.taken);
+      SetReal(f, "seen_share", face.seen_share);
       SetTime(f, "t_begin", begin);
+      SetTime(f, "t_end", end);
     });
   }
   return done;
 }
 
 core::Expected<void> RegisterWriter::AddRows(const core::ChangedObject& object,
-                                             const ObjectTextures& textures, core::UtcTime begin,
-                                             core::UtcTime begin_min,
+                                             const core::ObjectTextures& textures,
+                                             core::UtcTime begin, core::UtcTime begin_min,
                                              const std::string& outline_to_keep) {
   const auto uri = StageAtlas(object, textures);
   if (!uri) return tl::unexpected(uri.error());
@@ -188,14 +191,14 @@ core::Expected<void> RegisterWriter::AddRows(const core::ChangedObject& object,
   if (done)
     done = tables_.WriteBounds(elements.connector.id, {.begin_min = begin_min, .begin_max = begin});
   if (done) done = Insert(kBoxTable, [&](OGRFeature& f) { FillBox(f, object, frame_.map, row); });
-  if (done) done = AddTextures(object, textures, *uri, begin);
+  if (done) done = AddTextures(object, textures, *uri, begin, {});
   if (done)
     done = Insert(kChangedObject, [&](OGRFeature& f) { FillObject(f, object, frame_.map, row); });
   return done;
 }
 
 core::Expected<Registered> RegisterWriter::Add(const core::ChangedObject& object,
-                                               const ObjectTextures& textures) {
+                                               const core::ObjectTextures& textures) {
   const auto last = LastRevision(dataset_, object.uid);
   if (!last) return tl::unexpected(last.error());
   if (object.revision <= *last) return Registered::kKnown;
@@ -235,6 +238,36 @@ core::Expected<Registered> RegisterWriter::Add(const core::ChangedObject& object
   const core::UtcTime begin_min =
       stands ? std::min(row.last_seen, begin) : std::max(row.end, object.last_absent);
   if (done) done = AddRows(object, textures, begin, begin_min, keep_outline ? row.outline_id : "");
+  if (!done) return tl::unexpected(done.error());
+  return Registered::kAdded;
+}
+
+core::Expected<Registered> RegisterWriter::AddLate(const std::string& uid, std::uint64_t revision,
+                                                   const core::ObjectTextures& textures) {
+  const std::string which = " = " + SqlText(uid) + " AND revision = " + std::to_string(revision);
+  bool bare = false;
+  core::UtcTime begin, end;
+  auto done = dataset_.ForEach(std::string("SELECT begin_ns, end_ns, texture_uri FROM ") +
+                                   kChangedObject + " WHERE id" + which,
+                               [&](const OGRFeature& row) {
+                                 begin = GetNs(row, "begin_ns");
+                                 end = GetNs(row, "end_ns");
+                                 bare = !row.IsFieldSetAndNotNull(row.GetFieldIndex("texture_uri"));
+                               });
+  if (!done) return tl::unexpected(done.error());
+  if (!bare) return Registered::kKnown;
+  core::ChangedObject object;
+  object.uid = uid;
+  object.revision = revision;
+  const auto uri = StageAtlas(object, textures);
+  if (!uri) return tl::unexpected(uri.error());
+  done = AddTextures(object, textures, *uri, begin, end);
+  if (done)
+    done = dataset_.Execute(std::string("UPDATE ") + kChangedObject +
+                            " SET texture_uri = " + SqlText(*uri) + " WHERE id" + which);
+  if (done)
+    done = dataset_.Execute(std::string("UPDATE ") + kBoxTable + " SET evidence = " +
+                            SqlText(Evidence(textures)) + " WHERE object_uid" + which);
   if (!done) return tl::unexpected(done.error());
   return Registered::kAdded;
 }

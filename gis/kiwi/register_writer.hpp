@@ -26,7 +26,11 @@ class RegisterWriter {
 
   /// Feature spaces and kp_meta, as far as they are not there.
   core::Expected<void> WriteFacts(std::optional<double> geoid_m);
-  core::Expected<Registered> Add(const core::ChangedObject& object, const ObjectTextures& textures);
+  core::Expected<Registered> Add(const core::ChangedObject& object,
+                                 const core::ObjectTextures& textures);
+  /// Textures of a revision that is there without.
+  core::Expected<Registered> AddLate(const std::string& uid, std::uint64_t revision,
+                                     const core::ObjectTextures& textures);
   core::Expected<Registered> Add(const core::RoadStation& station, core::UtcTime begin);
   core::Expected<Registered> Add(const ModelRecord& model);
   /// Before the commit.
@@ -47,14 +51,14 @@ class RegisterWriter {
   core::Expected<void> CloseRow(const std::string& uid, const Previous& row, core::UtcTime end,
                                 core::UtcTime first_absent, bool keep_outline,
                                 const core::ChangedObject& by);
-  core::Expected<void> AddRows(const core::ChangedObject& object, const ObjectTextures& textures,
-                               core::UtcTime begin, core::UtcTime begin_min,
-                               const std::string& outline_to_keep);
+  core::Expected<void> AddRows(const core::ChangedObject& object,
+                               const core::ObjectTextures& textures, core::UtcTime begin,
+                               core::UtcTime begin_min, const std::string& outline_to_keep);
   core::Expected<std::string> StageAtlas(const core::ChangedObject& object,
-                                         const ObjectTextures& textures);
+                                         const core::ObjectTextures& textures);
   core::Expected<void> AddTextures(const core::ChangedObject& object,
-                                   const ObjectTextures& textures, const std::string& uri,
-                                   core::UtcTime begin);
+                                   const core::ObjectTextures& textures, const std::string& uri,
+                                   core::UtcTime begin, core::UtcTime end);
   /// Creates a row: `fill(OGRFeature&)`.
   template <class Fill>
   core::Expected<void> Insert(const char* table, Fill&& fill);
