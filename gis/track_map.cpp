@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gis/map_canvas.hpp"
+#include "gis/map_view.hpp"
 #include "gis/rows.hpp"
 #include "gis/schema.hpp"
 #include "gis/track_data.hpp"
@@ -60,53 +61,6 @@ const Colour& ColourOf(core::RtkState state) {
     if (c.state == state) return c.colour;
   return kRtkColours.back().colour;
 }
-
-/// The map's window in metres east, north of the origin, and where it lies on the paper.
-class MapView {
- public:
-  MapView(const std::vector<MissionTrack>& tracks, const core::Geodetic& origin,
-          const Vector2d& from_px, const Vector2d& to_px)
-      : plane_(origin), from_(from_px), to_(to_px) {
-    Vector2d low = Vector2d::Zero();
-    Vector2d high = Vector2d::Zero();
-    const auto include = [&](const core::Geodetic& g) {
-      const Vector2d en = plane_.FromGeodetic(g).head<2>();
-      low = low.cwiseMin(en);
-      high = high.cwiseMax(en);
-    };
-    for (const MissionTrack& t : tracks) {
-      for (const TrackPoint& p : t.poses) include(p.position);
-      for (const PicturePoint& p : t.pictures) include(p.position);
-    }
-    constexpr double kLeastExtentM = 20.0;
-    constexpr double kMargin = 1.16;
-    const Vector2d extent = (high - low).cwiseMax(kLeastExtentM) * kMargin;
-    const Vector2d size = to_ - from_;
-    px_per_m_ = std::min(size.x() / extent.x(), size.y() / extent.y());
-    centre_ = (low + high) / 2.0;
-  }
-
-  const core::LocalEnu& plane() const { return plane_; }
-  double px_per_m() const { return px_per_m_; }
-  Vector2d from() const { return from_; }
-  Vector2d to() const { return to_; }
-  Vector2d Px(const Vector2d& en) const {
-    const Vector2d d = (en - centre_) * px_per_m_;
-    return (from_ + to_) / 2.0 + Vector2d(d.x(), -d.y());
-  }
-  Vector2d Px(const core::Geodetic& g) const {
-    return Px(Vector2d(plane_.FromGeodetic(g).head<2>()));
-  }
-  Vector2d LowEn() const { return centre_ - (to_ - from_) / (2.0 * px_per_m_); }
-  Vector2d HighEn() const { return centre_ + (to_ - from_) / (2.0 * px_per_m_); }
-
- private:
-  core::LocalEnu plane_;
-  Vector2d from_;
-  Vector2d to_;
-  Vector2d centre_ = Vector2d::Zero();
-  double px_per_m_ = 1.0;
-};
 
 /// Metric grid: metres from the origin below and on the left, longitude above and latitude on the
 /// right.
@@ -189,6 +143,38 @@ void DrawEnds(MapCanvas& canvas, const MapView& view, const MissionTrack& track)
               true);
 }
 
+void DrawStrokes(MapCanvas& canvas, const MapView& view, const MapOverlay& overlay) {
+  for (const MapOverlay::Stroke& stroke : overlay.strokes)
+    canvas.Line(view.Px(stroke.from), view.Px(stroke.to), stroke.colour,
+                std::max(2.0, 0.4 * view.px_per_m()));
+}
+
+void DrawOutlines(MapCanvas& canvas, const MapView& view, const MapOverlay& overlay) {
+  for (const MapOverlay::Outline& outline : overlay.outlines) {
+    std::vector<Vector2d> ring;
+    for (const core::Geodetic& g : outline.ring) ring.push_back(view.Px(g));
+    canvas.Polygon(ring, outline.colour);
+    for (std::size_t i = 0; i < ring.size(); ++i)
+      canvas.Line(ring[i], ring[(i + 1) % ring.size()], kInk, 1.4);
+  }
+  std::vector<Vector2d> labels;  // each above those that it would lie on
+  for (const MapOverlay::Outline& outline : overlay.outlines) {
+    Vector2d top = view.Px(outline.ring.front());
+    for (const core::Geodetic& g : outline.ring)
+      if (const Vector2d at = view.Px(g); at.y() < top.y()) top = at;
+    Vector2d at = top + Vector2d(0, -7);
+    const double width_px = canvas.TextWidth(outline.label, kTextPx, true);
+    const auto lies_on = [&](const Vector2d& other) {
+      return std::abs(at.x() - other.x()) < width_px &&
+             std::abs(at.y() - other.y()) < 1.3 * kTextPx;
+    };
+    while (std::any_of(labels.begin(), labels.end(), lies_on)) at.y() -= 1.4 * kTextPx;
+    labels.push_back(at);
+    if (at.y() < top.y() - kTextPx) canvas.Line(at + Vector2d(0, 3), top, kFaint, 1.0);
+    canvas.Text(at, outline.label, kTextPx, kInk, Anchor::kCentre, true, true);
+  }
+}
+
 void DrawScaleAndNorth(MapCanvas& canvas, const MapView& view) {
   const double length_m = NiceStep(90.0 / view.px_per_m());
   const double length_px = length_m * view.px_per_m();
@@ -250,10 +236,10 @@ void WriteMission(Panel& panel, const MissionTrack& t) {
 }
 
 void WriteLegend(MapCanvas& canvas, Panel& panel, const std::vector<MissionTrack>& tracks,
-                 const core::Geodetic& origin) {
+                 const MapOverlay& overlay, const core::Geodetic& origin) {
   std::size_t all = 0;
   for (const MissionTrack& t : tracks) all += t.poses.size();
-  panel.Write("position by", kTextPx, kFaint);
+  if (all > 0) panel.Write("position by", kTextPx, kFaint);
   for (const RtkColour& c : kRtkColours) {
     std::size_t n = 0;
     for (const MissionTrack& t : tracks)
@@ -270,6 +256,11 @@ void WriteLegend(MapCanvas& canvas, Panel& panel, const std::vector<MissionTrack
   canvas.Disc(panel.at() + Vector2d(10, -4), 3.2, kPicture, kPicture, 1.2);
   panel.Write("picture and heading", kTextPx, kInk, 38);
   panel.Skip(12);
+  for (const MapOverlay::Legend& line : overlay.legend) {
+    canvas.Line(panel.at() + Vector2d(0, -4), panel.at() + Vector2d(28, -4), line.colour, 8.0);
+    panel.Write(line.text, kTextPx, kInk, 38);
+  }
+  if (!overlay.legend.empty()) panel.Skip(12);
   panel.Write("origin of the grid", kTextPx, kFaint);
   panel.Write(
       Format("%.8f, %.8f", origin.lat_rad * core::kDegFromRad, origin.lon_rad * core::kDegFromRad));
@@ -279,21 +270,29 @@ void WriteLegend(MapCanvas& canvas, Panel& panel, const std::vector<MissionTrack
 }  // namespace
 
 core::Expected<void> DrawTrackMap(const std::string& store, const std::filesystem::path& png,
-                                  const TrackMapOptions& options) {
+                                  const TrackMapOptions& options, const MapOverlay& overlay) {
   const auto tracks = LoadTracks(store);
   if (!tracks) return tl::unexpected(tracks.error());
-  if (tracks->empty())
+  std::vector<core::Geodetic> places;
+  for (auto t = tracks->rbegin(); t != tracks->rend(); ++t) {  // the newest gives the origin
+    for (const TrackPoint& p : t->poses) places.push_back(p.position);
+    for (const PicturePoint& p : t->pictures) places.push_back(p.position);
+  }
+  for (const MapOverlay::Outline& outline : overlay.outlines)
+    places.insert(places.end(), outline.ring.begin(), outline.ring.end());
+  for (const MapOverlay::Stroke& stroke : overlay.strokes) places.push_back(stroke.from);
+  if (places.empty())
     return core::Fail(core::ErrorCode::kNotFound, "no map: the store holds no pose and no picture");
-  const MissionTrack& newest = tracks->back();
-  const core::Geodetic origin =
-      newest.poses.empty() ? newest.pictures.front().position : newest.poses.front().position;
+  const core::Geodetic origin = places.front();
   MapCanvas canvas(options.width_px, options.height_px, kPaper);
-  const MapView view(*tracks, origin, {72, 48},
+  const MapView view(places, origin, {72, 48},
                      {options.width_px - kPanelPx - 130.0, options.height_px - 64.0});
   DrawGrid(canvas, view);
+  DrawStrokes(canvas, view, overlay);
   for (const MissionTrack& t : *tracks) DrawTrack(canvas, view, t);
   for (const MissionTrack& t : *tracks) DrawPictures(canvas, view, t);
   for (const MissionTrack& t : *tracks) DrawEnds(canvas, view, t);
+  DrawOutlines(canvas, view, overlay);
   DrawScaleAndNorth(canvas, view);
   Panel panel(canvas, {options.width_px - kPanelPx - 14.0, 62});
   constexpr std::size_t kMostNamed = 4;
@@ -302,7 +301,7 @@ core::Expected<void> DrawTrackMap(const std::string& store, const std::filesyste
     WriteMission(panel, (*tracks)[i]);
   if (tracks->size() > kMostNamed)
     panel.Write(Format("and %zu more missions", tracks->size() - kMostNamed));
-  WriteLegend(canvas, panel, *tracks, origin);
+  WriteLegend(canvas, panel, *tracks, overlay, origin);
   return canvas.Save(png.string());
 }
 

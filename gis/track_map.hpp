@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/expected.hpp"
+#include "gis/map_overlay.hpp"
 
 namespace kawara::gis {
 
@@ -15,8 +16,9 @@ struct TrackMapOptions {
 /// coloured by RTK state, the pictures with their headings, start and end, a metric grid about the
 /// first pose with its coordinates, scale bar, north arrow, legend, and the time covered. Metres
 /// east and north in the tangent plane, north up. The same store gives the same pixels. Errors:
-/// kNotFound (no store, no pose in it), kIo, kFull.
+/// kNotFound (no store, nothing in it), kIo, kFull.
 core::Expected<void> DrawTrackMap(const std::string& store, const std::filesystem::path& png,
-                                  const TrackMapOptions& options = {});
+                                  const TrackMapOptions& options = {},
+                                  const MapOverlay& overlay = {});
 
 }  // namespace kawara::gis
