@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "core/iso8601.hpp"
 #include "sim/camera/camera_file.hpp"
 #include "sim/render/light_cache.hpp"
 
@@ -124,6 +125,15 @@ void AddWorldOptions(CLI::App& app, SiteWorldOptions& o) {
   app.add_option("--set", o.set, "dotted.key=value over the site file; repeatable")
       ->allow_extra_args(false);
   app.add_option("--seed", o.seed, "of all chance in the drive")->capture_default_str();
+  app.add_option_function<std::string>(
+         "--begin",
+         [&o](const std::string& text) {
+           const auto begin = core::ParseIso8601(text);
+           if (!begin) throw CLI::ValidationError("--begin", begin.error().message);
+           o.begin = core::ToGps(*begin);
+         },
+         "of the mission, ISO 8601: when the vehicle begins to stand")
+      ->default_str("2026-01-17T05:46:52Z");
   app.add_option(
          "--light-cell", o.light.cell_m,
          "metres between the points where light is measured before the first picture; more is "
