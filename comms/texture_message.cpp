@@ -37,12 +37,12 @@ core::Expected<std::vector<core::FaceTexture>> FacesOf(const object_texture_t& m
     core::FaceTexture face;
     face.side = static_cast<core::BoxSide>(m.side[i]);
     for (std::size_t k = 0; k < 8; ++k) {
-      const double v = double{m.corners_px[i][k]};
+      const double v = static_cast<double>(m.corners_px[i][k]);
       if (!(v >= 0.0 && v <= (k % 2 == 0 ? m.width_px : m.height_px)))
         return Bad("a corner outside of the atlas");
       face.corners_px[k / 2][k % 2] = v;
     }
-    face.seen_share = double{m.seen_share[i]};
+    face.seen_share = static_cast<double>(m.seen_share[i]);
     face.taken = core::UtcTime::FromNs(m.taken_ns[i]);
     face.source = m.source[i];
     faces.push_back(std::move(face));

@@ -22,7 +22,7 @@ ChangePoint PointOf(const OccupiedVoxel& occupied, double voxel_m) {
   ChangePoint point;
   point.voxel = occupied.index;
   point.position_m = CentroidVoxels(occupied.index, v) * voxel_m;
-  point.weight = double{v.weight};
+  point.weight = static_cast<double>(v.weight);
   point.hits = v.hits;
   point.vote_sd_m = std::sqrt(static_cast<double>(v.hits) / std::max(1e-9, point.weight));
   point.hit_share = static_cast<double>(v.hits) / (static_cast<double>(v.hits) + v.see_through);

@@ -24,7 +24,8 @@ GroundField EstimateGround(const VoxelMap& map, const RoadArea& road, const Occu
   map.ForEachOccupied(rule, [&](const OccupiedVoxel& occupied) {
     const Eigen::Vector3d p = CentroidVoxels(occupied.index, occupied.voxel) * voxel_m;
     if (road.SignedDistance(p.head<2>()) < -margin_m) return;
-    columns[ground.CellOf(p.head<2>())].emplace_back(p.z(), double{occupied.voxel.weight});
+    columns[ground.CellOf(p.head<2>())].emplace_back(p.z(),
+                                                     static_cast<double>(occupied.voxel.weight));
   });
   std::map<GroundField::Cell, double> lowest;
   for (auto& [cell, heights] : columns) {

@@ -32,11 +32,11 @@ constexpr std::uint32_t kEnough = 200000;
 ReferencePatch PatchOf(std::uint32_t points, const std::array<float, 3>& first,
                        const std::array<float, 6>& second) {
   const double n = points;
-  const Eigen::Vector3d mean = Eigen::Vector3d(first[0], first[1], first[2]) / n;
-  Eigen::Matrix3d moments;
+  const Eigen::Vector3d mean = Eigen::Vector3f(first.data()).cast<double>() / n;
+  Eigen::Matrix3f moments;
   moments << second[0], second[1], second[2], second[1], second[3], second[4], second[2], second[4],
       second[5];
-  const Eigen::Matrix3d cov = moments / n - mean * mean.transpose();
+  const Eigen::Matrix3d cov = moments.cast<double>() / n - mean * mean.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(cov);
   ReferencePatch patch;
   patch.mean_m = mean.cast<float>();
@@ -193,9 +193,11 @@ void ReferenceBuilder::FindGround(ReferenceMap& map) const {
   std::map<GroundField::Cell, GroundHeight> lowest;
   const double least_up = 1.0 / std::sqrt(1.0 + options_.ground_slope * options_.ground_slope);
   for (const auto& [voxel, patch] : map.Patches()) {
-    if (std::abs(double{patch.normal.z()}) < least_up) continue;
-    const double up_m = (voxel.z + 0.5) * ReferenceMap::kVoxel + double{patch.mean_m.z()};
-    const GroundHeight here{up_m, std::hypot(options_.ground_sd_m, double{patch.sd_m})};
+    if (std::abs(static_cast<double>(patch.normal.z())) < least_up) continue;
+    const double up_m =
+        (voxel.z + 0.5) * ReferenceMap::kVoxel + static_cast<double>(patch.mean_m.z());
+    const GroundHeight here{up_m,
+                            std::hypot(options_.ground_sd_m, static_cast<double>(patch.sd_m))};
     const auto [at, is_new] = lowest.try_emplace({voxel.x, voxel.y}, here);
     if (!is_new && up_m < at->second.up_m) at->second = here;
   }

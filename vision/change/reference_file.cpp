@@ -211,7 +211,7 @@ core::Expected<ReferenceMap> DecodeReference(std::span<const std::uint8_t> bytes
   for (std::size_t n = in.Count<std::uint64_t>(kCellBytes); n > 0 && in.good(); --n) {
     const auto x = in.Get<std::int32_t>(), y = in.Get<std::int32_t>();
     const float up = in.Small(), sd = in.Small();
-    reference.ground.Set({x, y}, {double{up}, double{sd}});
+    reference.ground.Set({x, y}, {static_cast<double>(up), static_cast<double>(sd)});
   }
   for (std::size_t n = in.Count<std::uint32_t>(8); n > 0 && in.good(); --n) {
     RoadPolygon road;

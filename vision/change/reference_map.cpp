@@ -50,8 +50,10 @@ std::optional<ReferenceMatch> ReferenceMap::Nearest(const Eigen::Vector3d& p,
             ((foot - centre).cwiseAbs() - Eigen::Vector3d::Constant(kVoxel / 2)).cwiseMax(0.0);
         const double distance = std::hypot(along, std::max(0.0, beyond.norm() - kVoxel / 4));
         if (distance > reach_m || (best && distance >= best->distance_m)) continue;
-        best = ReferenceMatch{distance, from.dot(normal),
-                              std::hypot(double{patch->sd_m}, double{patch->thickness_m}), normal};
+        best = ReferenceMatch{
+            distance, from.dot(normal),
+            std::hypot(static_cast<double>(patch->sd_m), static_cast<double>(patch->thickness_m)),
+            normal};
       }
   return best;
 }
