@@ -23,7 +23,8 @@ struct Frame {
   std::vector<std::uint8_t> bytes;
 };
 
-/// A triggered camera. Two paths share it: the simulated camera's socket (here) and V4L2.
+/// A triggered camera. Two paths share it: the simulated camera's socket (camera_socket_client.hpp)
+/// and the kernel's V4L2 (v4l2_camera.hpp).
 /// Trigger() may be called from the real-time thread: it never blocks and never allocates.
 /// Next() belongs to one camera thread.
 class Camera {
@@ -35,6 +36,9 @@ class Camera {
   /// Waits up to `timeout` for the next frame. Null: nothing yet ("no frame" is normal).
   /// Errors: kUnavailable when the camera is gone; the next call tries to reconnect.
   virtual core::Expected<std::shared_ptr<const Frame>> Next(core::Duration timeout) = 0;
+  /// The camera that the last successful Next() read, in one line for people; may be empty. Camera
+  /// thread.
+  virtual std::string Description() const { return {}; }
 };
 
 }  // namespace kawara::drivers
