@@ -12,16 +12,20 @@ void PrintOffers(const drivers::V4l2Device& device) {
     std::printf("  %s\n", offers.error().message.c_str());
     return;
   }
+  std::string others;
   for (const drivers::V4l2FormatOffer& offer : *offers) {
-    const bool taken = drivers::FindV4l2PixelFormat(offer.fourcc) != nullptr;
-    std::printf("  %s (%s)%s\n", drivers::FourccText(offer.fourcc).c_str(),
-                offer.description.c_str(), taken ? "" : ": not taken by this robot");
-    if (!taken) continue;
+    if (drivers::FindV4l2PixelFormat(offer.fourcc) == nullptr) {
+      others += " " + drivers::FourccText(offer.fourcc);
+      continue;
+    }
+    std::printf("  %s (%s)\n", drivers::FourccText(offer.fourcc).c_str(),
+                offer.description.c_str());
     for (const drivers::V4l2SizeOffer& size : offer.sizes) {
       std::printf("    %-12s %s Hz\n", drivers::SizeText(size).c_str(),
                   drivers::RatesText(size).c_str());
     }
   }
+  if (!others.empty()) std::printf("  not taken by the robot:%s\n", others.c_str());
 }
 
 }  // namespace
