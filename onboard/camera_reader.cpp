@@ -1,15 +1,18 @@
 #include "onboard/camera_reader.hpp"
 
+#include <utility>
+
 #include "onboard/realtime.hpp"
 
 namespace kawara::onboard {
 
 CameraReader::CameraReader(drivers::Camera& camera, FrameTable& frames, InputInbox& inbox,
-                           core::Counters& counters)
+                           core::Counters& counters, Watch watch)
     : camera_(camera),
       frames_(frames),
       inbox_(inbox),
       teller_(inbox, PortId::kCamera, "the camera is there"),
+      watch_(std::move(watch)),
       frames_counter_(counters.Register("camera.frames")),
       no_slot_(counters.Register("camera.frames_without_slot")),
       thread_([this] { Run(); }) {}
@@ -26,8 +29,10 @@ void CameraReader::Run() {
   while (!stopping_.load(std::memory_order_relaxed)) {
     const auto frame = camera_.Next(core::Milliseconds(200));
     if (frame) {
-      teller_.Up();
-      if (*frame != nullptr) Take(*frame);
+      teller_.Up(camera_.Description());
+      if (*frame == nullptr) continue;
+      if (watch_) watch_(**frame);
+      Take(*frame);
       continue;
     }
     teller_.Down(frame.error().message);

@@ -1,6 +1,7 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <thread>
 
 #include "core/counters.hpp"
@@ -15,8 +16,11 @@ namespace kawara::onboard {
 /// once when the camera is gone and once when it is back.
 class CameraReader {
  public:
+  /// Sees each frame on the camera's thread, before it is handed on.
+  using Watch = std::function<void(const drivers::Frame&)>;
+
   CameraReader(drivers::Camera& camera, FrameTable& frames, InputInbox& inbox,
-               core::Counters& counters);
+               core::Counters& counters, Watch watch = {});
   ~CameraReader();  ///< Stop()
   CameraReader(const CameraReader&) = delete;
   CameraReader& operator=(const CameraReader&) = delete;
@@ -30,6 +34,7 @@ class CameraReader {
   FrameTable& frames_;
   InputInbox& inbox_;
   PortTeller teller_;
+  Watch watch_;
   core::Counter& frames_counter_;
   core::Counter& no_slot_;
   std::atomic<bool> stopping_{false};

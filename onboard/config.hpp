@@ -5,6 +5,7 @@
 
 #include "core/config/constraints.hpp"
 #include "estimation/sensor_figures.hpp"
+#include "onboard/camera_config.hpp"
 #include "onboard/epoch_scheduler.hpp"
 #include "vision/phase1_picture.hpp"
 
@@ -111,30 +112,6 @@ struct NavigationSettings {
     v("constraint", constraint, config::OneOf{"auto", "off"}, config::Optional{});
     v("time_offset_sd_s", time_offset_sd_s, config::Range{0.0, 0.5}, config::Optional{});
     v("max_lateness_s", max_lateness_s, config::Range{0.1, 2.0}, config::Optional{});
-  }
-};
-
-struct CameraConfig {
-  std::string source = "socket";  ///< "none": the robot has no eyes, navigation only
-  std::string path;               ///< of the camera's UNIX socket
-  std::string make;               ///< for EXIF; empty: left out
-  std::string model;
-  double trigger_lead_s = 0.0;    ///< trigger to start of exposure
-  double exposure_s = 0.0;        ///< the pose is that of mid-exposure
-  double pairing_window_s = 0.1;  ///< how far an exposure may lie off its trigger
-  Eigen::Vector3d position_frd_m = Eigen::Vector3d::Zero();  ///< from the body's reference point
-
-  template <class V>
-  void Visit(V& v) {
-    v("source", source, config::OneOf{"socket", "none"});
-    v("path", path, config::Optional{});
-    v("make", make, config::Optional{});
-    v("model", model, config::Optional{});
-    v("trigger_lead_s", trigger_lead_s, config::Range{0.0, 1.0}, config::Optional{});
-    v("exposure_s", exposure_s, config::Range{0.0, 1.0}, config::Optional{});
-    v("pairing_window_s", pairing_window_s, config::Range{0.001, 1.0}, config::Optional{});
-    v("position_frd_m", position_frd_m, config::Range{-20.0, 20.0}, config::Optional{});
-    v.Require(source == "none" || !path.empty(), "path", "the path of the camera's socket");
   }
 };
 

@@ -10,9 +10,8 @@
 #include "core/check.hpp"
 #include "core/config/config.hpp"
 #include "core/iso8601.hpp"
-#include "drivers/camera_socket_client.hpp"
 #include "drivers/pps_socket_client.hpp"
-#include "onboard/camera_reader.hpp"
+#include "onboard/camera_source.hpp"
 #include "onboard/pps_reader.hpp"
 #include "onboard/pump.hpp"
 #include "onboard/realtime.hpp"
@@ -82,7 +81,7 @@ struct LiveRobot::Parts {
   std::unique_ptr<PictureWorker> pictures;
   std::unique_ptr<CorrectionSource> corrections;
   std::unique_ptr<Pump> pump;
-  std::unique_ptr<drivers::SocketCamera> camera;
+  CameraSource camera;
   std::unique_ptr<RtLoop> loop;
   std::unique_ptr<CameraReader> camera_reader;
   std::unique_ptr<drivers::PpsSource> pps;
@@ -128,13 +127,14 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
         });
     if (!assembler) return tl::unexpected(assembler.error());
     p.pictures = std::make_unique<PictureWorker>(std::move(*assembler), p.frames, p.inbox);
-    p.camera = std::make_unique<drivers::SocketCamera>(config.camera.path);
+    p.camera = MakeCamera(config, p.counters);
   }
   p.corrections = std::make_unique<CorrectionSource>(config.corrections, p.inbox);
-  p.pump = std::make_unique<Pump>(Pump::Parts{p.output, p.inbox, p.frames, *p.outlet, *p.bus,
-                                              p.counters, p.pictures.get(), *p.corrections},
-                                  p.config.robot, config.corrections.source == "lcm");
-  p.loop = std::make_unique<RtLoop>(p.config, p.counters, p.inbox, p.output, p.camera.get());
+  p.pump = std::make_unique<Pump>(
+      Pump::Parts{p.output, p.inbox, p.frames, *p.outlet, *p.bus, p.counters, p.pictures.get(),
+                  *p.corrections, config.camera.RunsFreely()},
+      p.config.robot, config.corrections.source == "lcm");
+  p.loop = std::make_unique<RtLoop>(p.config, p.counters, p.inbox, p.output, p.camera.camera.get());
   if (config.realtime.lock_memory) {
     for (const std::string& complaint : LockMemory()) {
       PostNote(p.inbox, core::Severity::kWarnLow, "realtime.degraded", complaint);
@@ -142,8 +142,9 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
   }
   p.pump->Start();
   p.loop->Start();
-  if (p.camera) {
-    p.camera_reader = std::make_unique<CameraReader>(*p.camera, p.frames, p.inbox, p.counters);
+  if (p.camera.camera) {
+    p.camera_reader = std::make_unique<CameraReader>(*p.camera.camera, p.frames, p.inbox,
+                                                     p.counters, p.camera.watch);
   }
   if (!config.gps.pps.device.empty()) {
     p.pps = std::make_unique<drivers::SocketPps>(config.gps.pps.device);

@@ -23,6 +23,17 @@ vision::SourceFrame SourceOf(const drivers::Frame& frame) {
   return source;
 }
 
+/// A grey frame as the same picture in three equal colours; any other as it is.
+std::shared_ptr<const drivers::Frame> InColour(std::shared_ptr<const drivers::Frame> frame) {
+  if (frame->format != drivers::PixelFormat::kGrey8) return frame;
+  auto colour = std::make_shared<drivers::Frame>(*frame);
+  colour->format = drivers::PixelFormat::kRgb8;
+  colour->bytes.clear();
+  colour->bytes.reserve(3 * frame->bytes.size());
+  for (const std::uint8_t level : frame->bytes) colour->bytes.insert(colour->bytes.end(), 3, level);
+  return colour;
+}
+
 std::vector<std::uint8_t> Copy(std::span<const std::uint8_t> bytes) {
   return {bytes.begin(), bytes.end()};
 }
@@ -53,7 +64,7 @@ void Phase1Assembler::OnFrame(std::int64_t epoch, std::shared_ptr<const drivers:
     waiting_.erase(waiting_.begin());
   }
   Picture picture;
-  picture.frame = std::move(frame);
+  picture.frame = InColour(std::move(frame));
   waiting_.insert_or_assign(epoch, std::move(picture));
 }
 

@@ -1,5 +1,6 @@
 #include "onboard/picture_chain.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -9,6 +10,16 @@ namespace {
 /// An exposure so little after the newest fix needs no later one: velocity carries it on within
 /// millimetres.
 constexpr core::Duration kSameEpoch = core::Milliseconds(30);
+
+/// Of a camera that runs freely the frame nearest to the trigger is the one within half a period of
+/// it; a little more, since stamps scatter.
+constexpr core::Duration kStampScatter = core::Milliseconds(3);
+
+core::Duration PairingWindow(const CameraConfig& camera) {
+  const core::Duration window = core::DurationFromSeconds(camera.pairing_window_s);
+  if (!camera.RunsFreely()) return window;
+  return std::min(window, core::DurationFromSeconds(0.5 / camera.v4l2.rate_hz) + kStampScatter);
+}
 
 }  // namespace
 
@@ -21,8 +32,7 @@ PictureChain::PictureChain(const CameraConfig& camera, const ScheduleConfig& sch
       events_(events),
       out_(out),
       scheduler_(schedule),
-      pairing_(core::DurationFromSeconds(camera.trigger_lead_s),
-               core::DurationFromSeconds(camera.pairing_window_s)),
+      pairing_(core::DurationFromSeconds(camera.trigger_lead_s), PairingWindow(camera)),
       half_exposure_(core::DurationFromSeconds(camera.exposure_s / 2)),
       geoid_separation_m_(std::numeric_limits<double>::quiet_NaN()),
       hdop_(std::numeric_limits<double>::quiet_NaN()) {}
@@ -71,6 +81,7 @@ void PictureChain::OnFrame(core::MonoTime now, const FrameInput& frame) {
   const bool selected = exposure.has_value() && !busy;
   out_.OnFrame(frame, selected);
   if (!exposure) {
+    if (camera_.RunsFreely()) return;  // most frames are between triggers
     events_.WarnLow(now, "camera.stray_frame", "a frame came that no trigger was waiting for");
     return;
   }

@@ -16,8 +16,11 @@ class PortTeller {
   PortTeller(InputInbox& inbox, PortId port, std::string is_there)
       : inbox_(inbox), port_(port), is_there_(std::move(is_there)) {}
 
-  void Up() {
-    if (state_ != State::kUp) Tell(State::kUp, core::Severity::kInfo, is_there_);
+  /// `what`: what is there, where that is known.
+  void Up(std::string_view what = {}) {
+    if (state_ == State::kUp) return;
+    Tell(State::kUp, core::Severity::kInfo,
+         what.empty() ? is_there_ : is_there_ + ": " + std::string(what));
   }
   void Down(std::string_view why) {
     if (state_ != State::kDown) Tell(State::kDown, core::Severity::kWarnHigh, why);

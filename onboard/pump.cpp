@@ -30,7 +30,11 @@ class Pump::Sink final : public MessageSink {
       : MessageSink(robot, parts.frames, std::move(emit)), parts_(parts) {}
 
   void OnFrame(const FrameInput& frame, bool selected) override {
-    MessageSink::OnFrame(frame, selected);
+    // Of a camera that runs freely most frames are between triggers: their pixels would fill the
+    // disk for nothing. That they came is logged all the same, or the log could not be replayed.
+    FrameInput logged = frame;
+    if (!selected && parts_.camera_runs_freely) logged.slot = FrameTable::kSlots;
+    MessageSink::OnFrame(logged, selected);
     if (!selected || parts_.pictures == nullptr) parts_.frames.Release(frame.slot);
   }
   void OnFix(const core::GnssFix& fix) override {

@@ -30,6 +30,8 @@ class Pump {
     core::Counters& counters;
     PictureWorker* pictures = nullptr;  ///< null: no camera
     CorrectionSource& corrections;
+    bool camera_runs_freely =
+        false;  ///< frames that no trigger asked for are logged without pixels
   };
   /// Subscribes to COMMAND for `robot`, and to CORRECTIONS if `corrections_from_bus`.
   Pump(const Parts& parts, RobotConfig robot, bool corrections_from_bus);

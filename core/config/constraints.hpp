@@ -2,6 +2,7 @@
 #include <initializer_list>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// What a configuration struct says about its fields. Header only and free of YAML, so that any
@@ -23,8 +24,12 @@
 ///
 /// Fields: bool, integers, double, std::string, enums (see EnumName), core::Duration,
 /// std::optional<T>, std::vector<T>, std::array<T, N>, Eigen::Vector3d, and structs with Visit;
-/// lists of structs too.
+/// lists of structs too; NamedTexts where the names are not ours.
 namespace kawara::core::config {
+
+/// A section whose keys are free ({exposure_time_absolute: 50, ...}), in the order written; each
+/// value as its text.
+using NamedTexts = std::vector<std::pair<std::string, std::string>>;
 
 /// Both ends included. For Duration in the unit of the key; for lists it holds for every element.
 struct Range {

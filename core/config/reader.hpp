@@ -74,6 +74,8 @@ std::string ExpectedText(const std::string& path, const Constraints& c) {
     return ExpectedDuration(path, c);
   } else if constexpr (kIsOptional<T>) {
     return ExpectedText<typename T::value_type>(path, c);
+  } else if constexpr (std::is_same_v<T, NamedTexts>) {
+    return ExpectedNamedTexts();
   } else if constexpr (kFixedLength<T> >= 0) {
     return "a list of " + std::to_string(kFixedLength<T>) + ", each " +
            ExpectedText<typename T::value_type>(path, c);
@@ -144,6 +146,8 @@ class Reader {
       ReadDuration(node, path, c, out, problems_);
     } else if constexpr (kIsOptional<T>) {
       ReadValue(node, path, c, out.emplace());
+    } else if constexpr (std::is_same_v<T, NamedTexts>) {
+      ReadNamedTexts(node, path, out, problems_);
     } else if constexpr (kFixedLength<T> >= 0 || kIsVector<T>) {
       ReadList(node, path, c, out);
     } else {

@@ -163,6 +163,20 @@ void ReadString(const Node& node, const std::string& path, const Constraints& co
   out = node.text;
 }
 
+void ReadNamedTexts(const Node& node, const std::string& path, NamedTexts& out,
+                    Problems& problems) {
+  if (node.kind != Node::Kind::kMap) return Report(node, path, ExpectedNamedTexts(), problems);
+  out.clear();
+  for (std::size_t i = 0; i < node.keys.size(); ++i) {
+    const Node& value = node.items[i];
+    if (value.kind != Node::Kind::kScalar) {
+      Report(value, path + "." + node.keys[i].text, "a single value", problems);
+    } else {
+      out.emplace_back(node.keys[i].text, value.text);
+    }
+  }
+}
+
 void ReadDuration(const Node& node, const std::string& path, const Constraints& constraints,
                   Duration& out, Problems& problems) {
   const auto value = IsPlain(node) ? ParseDouble(node.text) : std::nullopt;
@@ -203,6 +217,8 @@ std::string ExpectedDouble(const Constraints& constraints) {
 std::string ExpectedString(const Constraints& constraints) {
   return WithBounds(constraints.not_empty ? "text (not empty)" : "text", constraints);
 }
+std::string ExpectedNamedTexts() { return "a section {name: value, ...}"; }
+
 std::string ExpectedDuration(const std::string& path, const Constraints& constraints) {
   return WithBounds(std::string("a number of ") + UnitOf(path).name, constraints);
 }

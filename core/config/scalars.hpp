@@ -21,6 +21,8 @@ void ReadDouble(const Node& node, const std::string& path, const Constraints& co
                 double& out, Problems& problems);
 void ReadString(const Node& node, const std::string& path, const Constraints& constraints,
                 std::string& out, Problems& problems);
+/// A section of any keys, each with a single value.
+void ReadNamedTexts(const Node& node, const std::string& path, NamedTexts& out, Problems& problems);
 /// A number in the unit that ends the key: _ns _us _ms _s _min _h.
 void ReadDuration(const Node& node, const std::string& path, const Constraints& constraints,
                   Duration& out, Problems& problems);
@@ -33,6 +35,7 @@ std::string ExpectedBool();
 std::string ExpectedInteger(const Constraints& constraints, std::int64_t min, std::int64_t max);
 std::string ExpectedDouble(const Constraints& constraints);
 std::string ExpectedString(const Constraints& constraints);
+std::string ExpectedNamedTexts();
 std::string ExpectedDuration(const std::string& path, const Constraints& constraints);
 std::string ExpectedEnum(const std::vector<const char*>& names);
 

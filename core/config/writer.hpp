@@ -57,6 +57,12 @@ class Writer {
       Writer section(indent_ + 2, path);
       value.Visit(section);
       text_ += section.text().empty() ? std::string(" {}\n") : "\n" + section.text();
+    } else if constexpr (std::is_same_v<T, NamedTexts>) {
+      text_ += value.empty() ? " {}\n" : "\n";
+      for (const auto& [name, text] : value) {
+        text_ +=
+            std::string(indent_ + 2, ' ') + TextOfString(name) + ": " + TextOfString(text) + "\n";
+      }
     } else if constexpr (kIsVector<T> || kFixedLength<T> >= 0) {
       if constexpr (Visitable<typename T::value_type>) {
         WriteSections(path, value);

@@ -63,6 +63,7 @@ struct RobotConfig {
   bool dry_run = false;
   std::optional<double> declination_deg;
   std::vector<std::string> tags;
+  NamedTexts knobs;
   double low = 0.0, high = 1.0;
   template <class V>
   void Visit(V& v) {
@@ -74,6 +75,7 @@ struct RobotConfig {
     v("dry_run", dry_run, Optional{});
     v("declination_deg", declination_deg, Range{-180, 180});
     v("tags", tags, Optional{});
+    v("knobs", knobs, Optional{});
     v("low", low, Optional{});
     v("high", high, Optional{});
     v.Require(low < high, "high", "more than low");
@@ -114,6 +116,7 @@ id: 255
 dry_run: true
 declination_deg: -7.5
 tags: [a, 12, "true", '']
+knobs: {white_balance: true, gain: 12, "a b": "x: y"}
 )",
                                          "r.yaml");
   ASSERT_TRUE(config) << config.error().message;
@@ -127,6 +130,9 @@ tags: [a, 12, "true", '']
   EXPECT_TRUE(config->dry_run);
   EXPECT_EQ(config->declination_deg, -7.5);
   EXPECT_THAT(config->tags, ElementsAre("a", "12", "true", ""));
+  EXPECT_EQ(config->knobs,
+            (NamedTexts{{"white_balance", "true"}, {"gain", "12"}, {"a b", "x: y"}}));
+  EXPECT_EQ(Parse<RobotConfig>(Dump(*config), "dump")->knobs, config->knobs);
 }
 
 TEST(Config, OptionalKeysKeepTheirDefaults) {
@@ -151,6 +157,9 @@ TEST_P(ConfigMistake, IsReportedAtItsPlace) {
 INSTANTIATE_TEST_SUITE_P(
     Table, ConfigMistake,
     ::testing::Values(
+        WrongCase{GPS "knobs: {a: [1]}", "r.yaml:2:12: knobs.a = [...]: expected a single value"},
+        WrongCase{GPS "knobs: [a, b]",
+                  "r.yaml:2:8: knobs = [...]: expected a section {name: value, ...}"},
         WrongCase{"gps:\n  device: a\n  baud_bps: 3\n",
                   "r.yaml:3:13: gps.baud_bps = 3: expected 300..921600"},
         WrongCase{"gps:\n  device: a\n  baud_bps: fast\n",
@@ -178,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongCase{
             GPS "colour_of_the_paint: red\n",
             "r.yaml:2:1: colour_of_the_paint = red: unknown key: expected one of gps, cameras, "
-            "lever_arm_frd_m, origin_m, id, dry_run, declination_deg, tags, low, high"},
+            "lever_arm_frd_m, origin_m, id, dry_run, declination_deg, tags, knobs, low, high"},
         WrongCase{"gps:\n  device: a\n  baud_bps: 9600\n  device: b\n",
                   "r.yaml:4:3: gps.device = b: duplicate key: expected once (first at line 2)"},
         WrongCase{"gps: {device: a, baud_bps: 9600, parity: evne}\n",
@@ -214,7 +223,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongCase{"[1, 2]\n",
                   "r.yaml:1:1: [...]: expected a section with gps, cameras, lever_arm_frd_m, "
                   "origin_m, id, "
-                  "dry_run, declination_deg, tags, low, high"}));
+                  "dry_run, declination_deg, tags, knobs, low, high"}));
 
 TEST(Config, DuplicateInsideAListHasItsPath) {
   EXPECT_THAT(
@@ -392,6 +401,7 @@ TEST(ConfigDump, LooksAsOneWouldWriteIt) {
             "id: 0\n"
             "dry_run: false\n"
             "tags: []\n"
+            "knobs: {}\n"
             "low: 0.0\n"
             "high: 1.0\n");
 }

@@ -161,5 +161,28 @@ TEST_F(Phase1AssemblerTest, PicturesWithoutPosesDoNotPileUp) {
   EXPECT_EQ(assembler.stats().finished, 20);
 }
 
+TEST_F(Phase1AssemblerTest, GreyCameraGivesThePictureOfItsEqualInColour) {
+  const auto frame_of = [](drivers::PixelFormat format, std::size_t channels) {
+    auto frame = std::make_shared<drivers::Frame>();
+    frame->format = format;
+    frame->width = frame->height = 256;
+    for (std::size_t i = 0; i < 256 * 256; ++i) {
+      frame->bytes.insert(frame->bytes.end(), channels, static_cast<std::uint8_t>(i * 7 % 256));
+    }
+    return frame;
+  };
+  for (const auto& frame :
+       {frame_of(drivers::PixelFormat::kGrey8, 1), frame_of(drivers::PixelFormat::kRgb8, 3)}) {
+    Phase1Assembler assembler = Make();
+    assembler.OnFrame(1, frame);
+    assembler.OnPose(PoseOf(1));
+    while (assembler.Work()) continue;
+  }
+  EXPECT_TRUE(complaints_.empty());
+  ASSERT_EQ(sent_.size(), 4U);
+  EXPECT_EQ(sent_[0], sent_[2]);
+  EXPECT_EQ(sent_[1], sent_[3]);
+}
+
 }  // namespace
 }  // namespace kawara::onboard

@@ -1,0 +1,101 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+
+#include "core/config/constraints.hpp"
+#include "vision/auto_exposure.hpp"
+
+namespace kawara::onboard {
+
+/// Exposure set by this computer instead of the camera's own automatic.
+struct ExposureSettings {
+  bool enabled = false;
+  vision::AutoExposureConfig rule;
+  double period_s = 0.1;  ///< between two pictures looked at
+  std::string exposure_control = "exposure_time_absolute";
+  double exposure_unit_s = 1e-4;  ///< of that control's numbers
+  std::string gain_control;       ///< empty: gain is not touched
+  double gain_unity = 1.0;        ///< number of the gain control that is factor 1; proportional
+
+  template <class V>
+  void Visit(V& v) {
+    using namespace core::config;  // NOLINT(google-build-using-namespace)
+    v("enabled", enabled);
+    v("rule", rule, Optional{});
+    v("period_s", period_s, Range{0.0, 60.0}, Optional{});
+    v("exposure_control", exposure_control, NotEmpty{}, Optional{});
+    v("exposure_unit_s", exposure_unit_s, Range{1e-7, 1.0}, Optional{});
+    v("gain_control", gain_control, Optional{});
+    v("gain_unity", gain_unity, Range{1e-3, 1e6}, Optional{});
+  }
+};
+
+/// A camera of the kernel's (source: v4l2). What a camera offers and which controls it has is told
+/// by `kawara-camera list` and `kawara-camera controls`.
+struct V4l2Section {
+  std::string device;  ///< /dev/v4l/by-id/..., /dev/videoN, a bus (usb-...) or the camera's name
+  int width_px = 0;    ///< 0 with height 0: the largest that is fast enough
+  int height_px = 0;
+  double rate_hz = 10.0;              ///< at least; the slowest such rate is taken
+  std::string format = "auto";        ///< auto: the first of those below that the camera has
+  core::config::NamedTexts controls;  ///< set at each opening; switches and menus first
+  double readout_s = 0.0;    ///< end of exposure to end of frame, for cameras that stamp the latter
+  double hang_s = 3.0;       ///< no frame for so long: the camera is restarted; 0: never
+  double reconnect_s = 0.5;  ///< between two tries to open it
+  std::string trigger_control;  ///< set to 1 for each exposure; empty: the camera runs freely
+  ExposureSettings auto_exposure;
+
+  template <class V>
+  void Visit(V& v) {
+    using namespace core::config;  // NOLINT(google-build-using-namespace)
+    v("device", device, Optional{});
+    v("width_px", width_px, Range{0, 32768}, Optional{});
+    v("height_px", height_px, Range{0, 32768}, Optional{});
+    v("rate_hz", rate_hz, Range{0.01, 1000.0}, Optional{});
+    v("format", format,
+      OneOf{"auto", "MJPG", "JPEG", "NV12", "YUYV", "RGGB", "BGGR", "GBRG", "GRBG", "GREY"},
+      Optional{});
+    v("controls", controls, Optional{});
+    v("readout_s", readout_s, Range{0.0, 1.0}, Optional{});
+    v("hang_s", hang_s, Range{0.0, 3600.0}, Optional{});
+    v("reconnect_s", reconnect_s, Range{0.05, 60.0}, Optional{});
+    v("trigger_control", trigger_control, Optional{});
+    v("auto_exposure", auto_exposure, Optional{});
+    v.Require((width_px == 0) == (height_px == 0), "height_px",
+              "both width_px and height_px, or neither");
+  }
+};
+
+struct CameraConfig {
+  std::string source = "socket";  ///< "none": the robot has no eyes, navigation only
+  std::string path;               ///< of the camera's UNIX socket
+  V4l2Section v4l2;               ///< with source: v4l2
+  std::string make;               ///< for EXIF; empty: left out
+  std::string model;
+  double trigger_lead_s = 0.0;    ///< trigger to start of exposure
+  double exposure_s = 0.0;        ///< the pose is that of mid-exposure
+  double pairing_window_s = 0.1;  ///< how far an exposure may lie off its trigger
+  Eigen::Vector3d position_frd_m = Eigen::Vector3d::Zero();  ///< from the body's reference point
+
+  /// Takes pictures at its own times; of those the nearest to each trigger is the one.
+  bool RunsFreely() const { return source == "v4l2" && v4l2.trigger_control.empty(); }
+
+  template <class V>
+  void Visit(V& v) {
+    using namespace core::config;  // NOLINT(google-build-using-namespace)
+    v("source", source, OneOf{"socket", "v4l2", "none"});
+    v("path", path, Optional{});
+    v("v4l2", v4l2, Optional{});
+    v("make", make, Optional{});
+    v("model", model, Optional{});
+    v("trigger_lead_s", trigger_lead_s, Range{0.0, 1.0}, Optional{});
+    v("exposure_s", exposure_s, Range{0.0, 1.0}, Optional{});
+    v("pairing_window_s", pairing_window_s, Range{0.001, 1.0}, Optional{});
+    v("position_frd_m", position_frd_m, Range{-20.0, 20.0}, Optional{});
+    v.Require(source != "socket" || !path.empty(), "path", "the path of the camera's socket");
+    v.Require(source != "v4l2" || !v4l2.device.empty(), "v4l2",
+              "a section with the camera's device (`kawara-camera list` shows them)");
+  }
+};
+
+}  // namespace kawara::onboard
