@@ -72,12 +72,13 @@ struct CameraConfig {
   V4l2Section v4l2;               ///< with source: v4l2
   std::string make;               ///< for EXIF; empty: left out
   std::string model;
-  double trigger_lead_s = 0.0;    ///< trigger to start of exposure
-  double exposure_s = 0.0;        ///< the pose is that of mid-exposure
-  double pairing_window_s = 0.1;  ///< how far an exposure may lie off its trigger
+  double trigger_lead_s = 0.0;  ///< trigger to start of exposure
+  double exposure_s = 0.0;      ///< the pose is that of mid-exposure
+  double pairing_window_s =
+      0.1;  ///< how far it may lie off its trigger; of no use if it runs freely
   Eigen::Vector3d position_frd_m = Eigen::Vector3d::Zero();  ///< from the body's reference point
 
-  /// Takes pictures at its own times; of those the nearest to each trigger is the one.
+  /// Takes pictures at its own times; of those one near each trigger is taken (PairingFor).
   bool RunsFreely() const { return source == "v4l2" && v4l2.trigger_control.empty(); }
 
   template <class V>

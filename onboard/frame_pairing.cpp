@@ -4,8 +4,8 @@
 
 namespace kawara::onboard {
 
-FramePairing::FramePairing(core::Duration lead, core::Duration window)
-    : lead_(lead), window_(window) {}
+FramePairing::FramePairing(core::Duration lead, core::Duration early, core::Duration late)
+    : lead_(lead), early_(early), late_(late) {}
 
 void FramePairing::OnTrigger(const OrderedExposure& exposure) {
   Slot& slot = slots_[next_slot_];
@@ -16,11 +16,12 @@ void FramePairing::OnTrigger(const OrderedExposure& exposure) {
 
 std::optional<OrderedExposure> FramePairing::OnFrame(const FrameInput& frame) {
   Slot* best = nullptr;
-  core::Duration best_error = window_;
+  core::Duration best_error = core::Duration::max();
   for (Slot& slot : slots_) {
     if (!slot.waiting && !slot.used) continue;
-    const core::Duration error =
-        std::chrono::abs(frame.exposure_start - (slot.exposure.fired + lead_));
+    const core::Duration after = frame.exposure_start - (slot.exposure.fired + lead_);
+    if (after < -early_ || after > late_) continue;
+    const core::Duration error = std::chrono::abs(after);
     if (error <= best_error) {
       best = &slot;
       best_error = error;

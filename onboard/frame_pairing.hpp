@@ -29,7 +29,9 @@ class FramePairing {
   };
 
   /// `lead`: trigger to start of exposure; `window`: how far the exposure may lie off that.
-  FramePairing(core::Duration lead, core::Duration window);
+  FramePairing(core::Duration lead, core::Duration window) : FramePairing(lead, window, window) {}
+  /// How far it may lie before and after: not the same for a camera that runs freely.
+  FramePairing(core::Duration lead, core::Duration early, core::Duration late);
 
   void OnTrigger(const OrderedExposure& exposure);
   std::optional<OrderedExposure> OnFrame(const FrameInput& frame);
@@ -48,7 +50,8 @@ class FramePairing {
   std::array<Slot, 16> slots_{};
   std::size_t next_slot_ = 0;
   core::Duration lead_;
-  core::Duration window_;
+  core::Duration early_;
+  core::Duration late_;
   Stats stats_;
 };
 

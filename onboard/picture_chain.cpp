@@ -1,6 +1,5 @@
 #include "onboard/picture_chain.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -11,14 +10,19 @@ namespace {
 /// millimetres.
 constexpr core::Duration kSameEpoch = core::Milliseconds(30);
 
-/// Of a camera that runs freely the frame nearest to the trigger is the one within half a period of
-/// it; a little more, since stamps scatter.
+/// Stamps of frames scatter by so much.
 constexpr core::Duration kStampScatter = core::Milliseconds(3);
 
-core::Duration PairingWindow(const CameraConfig& camera) {
-  const core::Duration window = core::DurationFromSeconds(camera.pairing_window_s);
-  if (!camera.RunsFreely()) return window;
-  return std::min(window, core::DurationFromSeconds(0.5 / camera.v4l2.rate_hz) + kStampScatter);
+/// A camera that runs freely takes its picture up to half a period before the trigger or after it.
+/// One before it may be here already when the trigger comes, and cannot be had any more: then it is
+/// the next, less than a period after the trigger.
+FramePairing PairingFor(const CameraConfig& camera) {
+  if (!camera.RunsFreely()) {
+    return {core::DurationFromSeconds(camera.trigger_lead_s),
+            core::DurationFromSeconds(camera.pairing_window_s)};
+  }
+  const core::Duration period = core::DurationFromSeconds(1.0 / camera.v4l2.rate_hz);
+  return {core::Duration(0), period / 2 + kStampScatter, period + kStampScatter};
 }
 
 }  // namespace
@@ -32,7 +36,7 @@ PictureChain::PictureChain(const CameraConfig& camera, const ScheduleConfig& sch
       events_(events),
       out_(out),
       scheduler_(schedule),
-      pairing_(core::DurationFromSeconds(camera.trigger_lead_s), PairingWindow(camera)),
+      pairing_(PairingFor(camera)),
       half_exposure_(core::DurationFromSeconds(camera.exposure_s / 2)),
       geoid_separation_m_(std::numeric_limits<double>::quiet_NaN()),
       hdop_(std::numeric_limits<double>::quiet_NaN()) {}

@@ -75,5 +75,33 @@ TEST_F(FramePairingTest, CameraThatNamesAnotherTriggerIsNotBelieved) {
   EXPECT_TRUE(pairing_.OnFrame(Frame(0.005, 7)));
 }
 
+/// A camera of 10 Hz that nobody triggers, at any phase to the triggers and with any delay until
+/// its frames are here: each trigger gets one frame, exposed within half a period before it and a
+/// period after it.
+TEST(FramePairingOfAFreeCamera, EveryTriggerGetsOneFrameNearby) {
+  for (double phase_s = 0.0; phase_s < 0.1; phase_s += 0.007) {
+    for (const double delay_s : {0.0, 0.03, 0.07, 0.15, 0.4}) {
+      FramePairing pairing(core::Duration(0), core::Milliseconds(53), core::Milliseconds(103));
+      std::uint32_t triggers = 0;
+      int frames = 0;
+      for (int ms = 0; ms < 10'000; ++ms) {  // the machine's time
+        const double now = 0.001 * ms;
+        if (ms % 500 == 250 && ms < 9'000) pairing.OnTrigger(Trigger(++triggers, now));
+        const double exposed = phase_s + 0.1 * frames;
+        if (exposed + delay_s > now) continue;
+        ++frames;
+        if (const auto found = pairing.OnFrame(Frame(exposed))) {
+          EXPECT_EQ(found->trigger, triggers) << phase_s << " " << delay_s;
+          EXPECT_GT(At(exposed) - found->fired, core::Milliseconds(-54));
+          EXPECT_LT(At(exposed) - found->fired, core::Milliseconds(104));
+        }
+        pairing.Expire(At(now));
+      }
+      EXPECT_EQ(pairing.stats().paired, triggers) << phase_s << " " << delay_s;
+      EXPECT_EQ(pairing.stats().missed, 0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kawara::onboard
