@@ -34,6 +34,7 @@ std::vector<std::string> ListVideoNodes() {
   }
   std::sort(found.begin(), found.end());
   std::vector<std::string> nodes;
+  nodes.reserve(found.size());
   for (auto& [number, path] : found) nodes.push_back(std::move(path));
   return nodes;
 }

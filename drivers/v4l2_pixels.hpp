@@ -18,7 +18,7 @@ struct V4l2Pixels {
 /// NV12, YUYV and the four 8-bit Bayer rasters to RGB8, GREY to Grey8; rows with padding (stride)
 /// are taken. YCbCr by the matrix (BT.601, BT.709) and range the device states, in integers, to
 /// within 1 of the exact value; chroma samples stand for the pixels they cover. Bayer by averages
-/// of the nearest samples of each colour; at the border of those that are there. No gamma, no white
+/// of the nearest samples of each colour (v4l2_bayer.hpp). No gamma, no white
 /// balance: the sensor's numbers.
 ///
 /// kFormat: fewer bytes than the format needs (a frame that was cut off). kInvalidArgument: a
