@@ -109,7 +109,7 @@ core::Expected<void> StoreFeeder::RegisterObjects(bool finish) {
 }
 
 core::Expected<void> StoreFeeder::Commit() {
-  const auto registered = RegisterObjects(false);
+  auto registered = RegisterObjects(false);
   if (pending_.empty()) return registered;
   auto done = Attempt(false);
   Report(done);

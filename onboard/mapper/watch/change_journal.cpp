@@ -38,6 +38,7 @@ core::Expected<std::vector<comms::ObjectReport>> ReadObjects(const fs::path& log
     if (report->object.revision > known.object.revision) known = std::move(*report);
   }
   std::vector<comms::ObjectReport> objects;
+  objects.reserve(newest.size());
   for (auto& [uid, report] : newest) objects.push_back(std::move(report));
   return objects;
 }
