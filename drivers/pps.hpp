@@ -13,10 +13,10 @@ struct PpsEdge {
   core::MonoTime mono;
 };
 
-/// Where pulse-per-second edges come from: a socket (drivers/pps_socket_client.hpp), later the
-/// kernel's /dev/ppsN. Shaped after the kernel's PPS_FETCH (RFC 2783, time_pps_fetch): one blocking
-/// call with a timeout that gives the latest edge and its count; the kernel's stamps are of
-/// CLOCK_REALTIME and are a reader's to bring over. One thread.
+/// Where pulse-per-second edges come from: the kernel's /dev/ppsN (drivers/pps_device.hpp) or
+/// a socket (drivers/pps_socket_client.hpp). Shaped after the kernel's PPS_FETCH (RFC 2783,
+/// time_pps_fetch): one blocking call with a timeout that gives the latest edge and its count; the
+/// kernel's stamps are of CLOCK_REALTIME and are a reader's to bring over. One thread.
 class PpsSource {
  public:
   virtual ~PpsSource() = default;

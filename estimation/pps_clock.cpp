@@ -12,6 +12,9 @@ constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::int64_t kVoteToleranceNs = 100'000'000;
 /// Labels beyond 146 years are nonsense, and their differences could overflow.
 constexpr std::int64_t kMaxLabelNs = std::numeric_limits<std::int64_t>::max() / 2;
+/// Before a second is believed its pulses must come one a second: of several phases none is known
+/// to be that of the second.
+constexpr core::Duration kLonelyPulse = core::Milliseconds(900);
 constexpr core::Duration kLabelWindow = core::Milliseconds(500);
 
 double Square(double v) { return v * v; }
@@ -55,6 +58,10 @@ void PpsClock::Vote(core::MonoTime edge, core::GpsTime label) {
     }
     ++label_conflicts_;
     if (++votes_ >= config_.confirm_labels) Unlock();
+    return;
+  }
+  if (before_last_edge_.IsSet() && edge - before_last_edge_ < kLonelyPulse) {
+    votes_ = 0;
     return;
   }
   const std::int64_t offset_ns = edge.ns() - label.ns();

@@ -28,9 +28,10 @@ struct PpsConfig {
 
 /// GPS time from the receiver's pulses (one at each full GPS second). A pulse gives the phase only;
 /// which second it is comes from labels: the receiver's messages. The rule is: labelled right or
-/// not at all. The clock locks when `confirm_labels` labels in a row agree, refuses pulses far from
-/// its prediction (outliers, doubles), carries on over missing pulses with growing sigma, and
-/// unlocks when labels contradict it `confirm_labels` times in a row.
+/// not at all. The clock locks when `confirm_labels` labels in a row agree on pulses that come one
+/// a second, refuses pulses far from its prediction (outliers, doubles), carries on over missing
+/// pulses with growing sigma, and unlocks when labels contradict it `confirm_labels` times in a
+/// row.
 ///
 /// Inside: a two-state Kalman filter (offset, skew) whose measurement noise follows the scatter it
 /// sees, so that jittery stamps (USB) neither lock it out nor make it over-confident.

@@ -28,7 +28,9 @@ struct RobotConfig {
 
 /// The receiver's pulse at each full second, if a wire brings it to this computer.
 struct PpsSettings {
-  std::string device;           ///< UNIX socket that tells its edges; empty: there is none
+  /// /dev/ppsN of the kernel, or a UNIX socket that tells the edges (kawara-sim); empty: none.
+  std::string device;
+  std::string edge = "rising";  ///< the one on the second; of the kernel's devices
   double stamp_sd_s = 20e-6;    ///< scatter of the stamps
   double latency_s = 0.0;       ///< from the edge to its stamp, known mean
   double latency_sd_s = 10e-6;  ///< how well that is known
@@ -36,6 +38,7 @@ struct PpsSettings {
   template <class V>
   void Visit(V& v) {
     v("device", device, config::Optional{});
+    v("edge", edge, config::OneOf{"rising", "falling"}, config::Optional{});
     v("stamp_sd_s", stamp_sd_s, config::Range{1e-7, 0.1}, config::Optional{});
     v("latency_s", latency_s, config::Range{0.0, 0.1}, config::Optional{});
     v("latency_sd_s", latency_sd_s, config::Range{0.0, 0.1}, config::Optional{});

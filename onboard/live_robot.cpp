@@ -10,9 +10,9 @@
 #include "core/check.hpp"
 #include "core/config/config.hpp"
 #include "core/iso8601.hpp"
-#include "drivers/pps_socket_client.hpp"
 #include "onboard/camera_source.hpp"
 #include "onboard/pps_reader.hpp"
+#include "onboard/pps_source.hpp"
 #include "onboard/pump.hpp"
 #include "onboard/realtime.hpp"
 #include "onboard/rt_loop.hpp"
@@ -147,7 +147,7 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
                                                      p.counters, p.camera.watch);
   }
   if (!config.gps.pps.device.empty()) {
-    p.pps = std::make_unique<drivers::SocketPps>(config.gps.pps.device);
+    p.pps = MakePps(config.gps.pps);
     p.pps_reader = std::make_unique<PpsReader>(*p.pps, p.inbox, p.counters);
   }
   return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(parts)));

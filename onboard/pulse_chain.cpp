@@ -1,10 +1,14 @@
 #include "onboard/pulse_chain.hpp"
 
+#include <chrono>
+
 namespace kawara::onboard {
 namespace {
 
 /// From the first GPS time to a word about pulses that never came.
 constexpr core::Duration kPatience = core::Seconds(30);
+/// Edges farther from a second apart are of another rate, or of another edge between.
+constexpr core::Duration kSecondTolerance = core::Milliseconds(50);
 
 }  // namespace
 
@@ -17,6 +21,8 @@ void PulseChain::OnEdge(core::MonoTime edge, std::uint32_t sequence) {
   if (last_sequence_ != 0 && sequence > last_sequence_)
     stats_.missing += sequence - last_sequence_ - 1;
   last_sequence_ = sequence;
+  if (last_edge_.IsSet()) interval_ = edge - last_edge_;
+  last_edge_ = edge;
   switch (timeline_.AddPulse(edge)) {
     case estimation::PpsClock::Result::kUsed:
     case estimation::PpsClock::Result::kStepped:
@@ -78,9 +84,15 @@ void PulseChain::ComplainOfNone(core::MonoTime now) {
   if (now - waiting_since_ < kPatience) return;
   waiting_since_ = now;
   core::EventText text("gps.pps.device is configured, but ");
-  text.Append(stats_.waiting + stats_.refused == 0
-                  ? "no pulse has come: cable, receiver's PPS setting?"
-                  : "its pulses do not fit the receiver's seconds");
+  if (stats_.waiting + stats_.refused == 0) {
+    text.Append("no pulse has come: cable, receiver's PPS setting, gps.pps.edge?");
+  } else if (std::chrono::abs(interval_ - core::Seconds(1)) > kSecondTolerance) {
+    text.Append("its pulses come ")
+        .Append(core::ToSeconds(interval_), 3)
+        .Append(" s apart, not one a second: the receiver's PPS setting?");
+  } else {
+    text.Append("its pulses do not fit the receiver's seconds");
+  }
   events_.WarnHigh(now, "clock.no_pps", text);
 }
 

@@ -39,6 +39,8 @@ class PulseChain {
   Basis basis_ = Basis::kNotYet;
   core::MonoTime waiting_since_;
   std::uint32_t last_sequence_ = 0;
+  core::MonoTime last_edge_;
+  core::Duration interval_{};  ///< between the last two edges
   Stats stats_;
 };
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Runs a program in a small virtual machine on Debian's own kernel, where drivers are real and hardware is not: two
-# cameras of the kernel's test driver vivid (/dev/video0 with an output beside it, and a multi-planar one), a loopback
-# network. The program is the one built here with this machine's libraries: /usr and the source tree are mounted
-# read-only at the same places. Nothing is installed and no module is loaded outside.
+# cameras of the kernel's test driver vivid (/dev/video0 with an output beside it, and a multi-planar one), a parallel
+# port whose interrupt line is an input for pulses per second (/dev/pps0), a loopback network. The program is the one
+# built here with this machine's libraries: /usr and the source tree are mounted read-only at the same places. Nothing
+# is installed and no module is loaded outside.
 #
 #   machine.sh [--time S] PROGRAM [ARGUMENT...]
 #
@@ -27,8 +28,9 @@ for pair in qemu-system-x86_64:qemu-system-x86 busybox:busybox-static depmod:kmo
 done
 
 # The kernel: of Debian's newest package the image and what this machine needs of its modules.
-modules='9p 9pnet_virtio virtio_pci vivid'
+modules='9p 9pnet_virtio virtio_pci vivid parport_pc pps_parport'
 vivid_options='n_devs=2 node_types=0x101,0x1 multiplanar=1,2'
+parport_options='io=0x378 irq=7'
 make_kernel() { # folder
   local work=$1 package version file module
   package=$(apt-cache depends linux-image-amd64 2>/dev/null | grep -oE 'linux-image-[0-9][^ ]*' | head -1) || true
@@ -37,7 +39,7 @@ make_kernel() { # folder
     impossible "$package cannot be downloaded (no network?)"
   dpkg-deb --fsys-tarfile "$work"/*.deb | tar -x -C "$work" --wildcards './boot/vmlinuz-*' './lib/modules/*/modules.*' \
     '*/kernel/drivers/media/*' '*/kernel/drivers/virtio/*' '*/kernel/fs/9p/*' '*/kernel/fs/netfs/*' \
-    '*/kernel/fs/fscache/*' '*/kernel/net/9p/*' '*/kernel/drivers/video/*'
+    '*/kernel/fs/fscache/*' '*/kernel/net/9p/*' '*/kernel/drivers/video/*' '*/kernel/drivers/parport/*' '*/kernel/drivers/pps/*'
   version=$(ls "$work/lib/modules")
   depmod -b "$work" "$version" 2>/dev/null
   mkdir -p "$work"/initrd/{bin,modules,proc,sys,dev}
@@ -49,7 +51,11 @@ make_kernel() { # folder
   done | awk '!seen[$1]++ {print $1}' >"$work/files"
   while read -r file; do
     cp "$file" "$work/initrd/modules/"
-    case ${file##*/} in vivid.ko*) echo "${file##*/} $vivid_options" ;; *) echo "${file##*/}" ;; esac
+    case ${file##*/} in
+      vivid.ko*) echo "${file##*/} $vivid_options" ;;
+      parport_pc.ko*) echo "${file##*/} $parport_options" ;;
+      *) echo "${file##*/}" ;;
+    esac
   done <"$work/files" >"$work/initrd/modules/list"
   cp "$here/init" "$work/initrd/init"
   chmod 755 "$work/initrd/init"
@@ -95,6 +101,7 @@ share() { # tag folder options
 }
 arguments=(-nodefaults -no-user-config -display none -no-reboot -nic none -M q35 -cpu max -smp 2 -m 1024
   -accel "${KAWARA_VM_ACCEL:-tcg,thread=multi}" -kernel "$kernel/vmlinuz" -initrd "$kernel/initrd.gz"
+  -chardev null,id=lpt -device isa-parallel,chardev=lpt
   -append 'console=ttyS0 quiet panic=-1' -chardev "file,id=console,path=$job/console" -serial chardev:console)
 share usr /usr ,readonly=on
 share job "$job" ''

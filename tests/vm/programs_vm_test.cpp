@@ -105,7 +105,8 @@ TEST(KawaraOnboard, TakesPicturesAndSurvivesUnplugging) {
   {
     std::ofstream config("/tmp/robot.yaml");
     config << "robot: {name: vm}\n"
-              "gps: {device: /dev/none_gps, baud_bps: 115200, profile: nmea}\n"
+              "gps: {device: /dev/none_gps, baud_bps: 115200, profile: nmea,\n"
+              "      pps: {device: /dev/pps0}}\n"
               "ahrs: {device: /dev/none_ahrs, model: 100}\n"
               "camera:\n"
               "  source: v4l2\n"
@@ -144,6 +145,7 @@ TEST(KawaraOnboard, TakesPicturesAndSurvivesUnplugging) {
   EXPECT_TRUE(Has(events, "/dev/video0: vivid (platform:vivid-000), NV12 320x180 at 10 Hz"))
       << events.text;
   EXPECT_TRUE(Has(events, "(unplugged?)")) << events.text;
+  EXPECT_TRUE(Has(events, "the pulse line is there")) << events.text;
   const std::size_t there = events.text.find("camera is there");
   EXPECT_NE(events.text.find("camera is there", there + 1), std::string::npos) << events.text;
   const Answer replay = Command("kawara-onboard --log /tmp/log --out /tmp/replayed.lcm");

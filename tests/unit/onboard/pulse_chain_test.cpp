@@ -97,5 +97,24 @@ TEST_F(PulsedTime, WithoutAWireNothingIsSaid) {
   EXPECT_FALSE(events_.TryPop(event));
 }
 
+TEST_F(PulsedTime, PulsesAtAWrongRateAreSaidToBe) {
+  for (int second = 0; second < 70; ++second) {
+    for (int epoch = 0; epoch < 10; ++epoch) {
+      const core::Duration at = core::Milliseconds(100) * epoch;
+      if (epoch % 4 == 2) chain_.OnEdge(mono_ + at, ++sequence_);
+      timeline_.AddEpoch(gps_ + at, mono_ + at + kLatency);
+    }
+    mono_ += core::Seconds(1);
+    gps_ += core::Seconds(1);
+    chain_.Tick(mono_);
+  }
+  core::Event event;
+  std::string all;
+  while (events_.TryPop(event))
+    all += std::string(event.name) + ": " + std::string(event.text.view());
+  EXPECT_NE(all.find("clock.no_pps"), std::string::npos) << all;
+  EXPECT_NE(all.find("not one a second"), std::string::npos) << all;
+}
+
 }  // namespace
 }  // namespace kawara::onboard
