@@ -11,6 +11,8 @@
 
 #include "comms/event_log_writer.hpp"
 #include "core/config/config.hpp"
+#include "onboard/check/computer_check.hpp"
+#include "onboard/check/device_check.hpp"
 #include "onboard/live_robot.hpp"
 #include "onboard/replay_robot.hpp"
 
@@ -25,6 +27,7 @@ struct Options {
   std::string out;
   double duration_s = 0.0;
   bool check_config = false;
+  bool check = false;
 };
 
 int Complain(const core::Error& error) {
@@ -60,6 +63,24 @@ int RunLive(const onboard::OnboardConfig& config, double duration_s) {
   (*robot)->Stop();
   std::printf("%s\n", (*robot)->Summary().c_str());
   return 0;
+}
+
+/// 0: nothing is wrong; 1: something is.
+int RunCheck(const onboard::OnboardConfig& config) {
+  static constexpr const char* kWords[] = {"good ", "weak ", "WRONG"};
+  int counts[3] = {};
+  for (const auto check :
+       {+[](const onboard::OnboardConfig& c) { return onboard::CheckComputer(c); },
+        &onboard::CheckDevices}) {
+    for (const onboard::Finding& finding : check(config)) {
+      const auto verdict = static_cast<std::size_t>(finding.verdict);
+      ++counts[verdict];
+      std::printf("%s  %s: %s\n", kWords[verdict], finding.subject.c_str(), finding.text.c_str());
+      std::fflush(stdout);
+    }
+  }
+  std::printf("kawara-onboard: %d good, %d weak, %d wrong\n", counts[0], counts[1], counts[2]);
+  return counts[2] > 0 ? 1 : 0;
 }
 
 core::Expected<onboard::OnboardConfig> ConfigFor(const Options& options,
@@ -121,6 +142,9 @@ int main(int argc, char** argv) {
   app.add_option("--duration", options.duration_s, "live: stop after so many seconds")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--check-config", options.check_config, "print the complete configuration and stop");
+  app.add_flag("--check", options.check,
+               "look at this computer and the instruments of the configuration, say what is wrong "
+               "and how to mend it, and stop");
   app.set_version_flag("--version", KAWARA_VERSION);
   try {
     app.parse(argc, argv);
@@ -148,5 +172,6 @@ int main(int argc, char** argv) {
     std::fputs(onboard::PublicYaml(*config).c_str(), stdout);
     return 0;
   }
+  if (options.check) return RunCheck(*config);
   return RunLive(*config, options.duration_s);
 }

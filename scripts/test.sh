@@ -134,7 +134,7 @@ run_tests() {
       unit) build dev && run_ctest unit || note "build" 1 ;;
       hil | replay) build dev && run_ctest 'hil|replay' || note "build" 1 ;;
       vm) run_vm ;;
-      asan) run_sanitized asan core config drivers estimation vision vision_camera gis comms onboard survey station sim sim_site sim_render sim_vehicle sim_evaluate sim_radio navigate ;;
+      asan) run_sanitized asan core config drivers estimation vision vision_camera gis comms onboard onboard_check survey station sim sim_site sim_render sim_vehicle sim_evaluate sim_radio navigate ;;
       tsan) run_sanitized tsan core drivers comms onboard station sim sim_render ;;
       fuzz) run_fuzz "${KAWARA_FUZZ_SECONDS:-5}" ;;
       lint) run_lint || true ;;

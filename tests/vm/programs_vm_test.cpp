@@ -124,6 +124,12 @@ TEST(KawaraOnboard, TakesPicturesAndSurvivesUnplugging) {
               "schedule: {every_epochs: 1, free_run_period_s: 0.5, free_run_after_s: 1}\n"
               "record: {folder: /tmp/log, disk_reserve_mb: 0}\n";
   }
+  const Answer check = Command("kawara-onboard --config /tmp/robot.yaml --check");
+  EXPECT_EQ(check.status, 1) << check.text;  // its two serial ports are not there
+  EXPECT_TRUE(Has(check, "good   camera /dev/video0: sends pictures: /dev/video0: vivid"))
+      << check.text;
+  EXPECT_TRUE(Has(check, "weak   pulse /dev/pps0: is there, but no pulse")) << check.text;
+  EXPECT_TRUE(Has(check, "2 wrong")) << check.text;
   Answer robot;
   std::thread program(
       [&robot] { robot = Command("kawara-onboard --config /tmp/robot.yaml --duration 25"); });
