@@ -53,8 +53,9 @@ V4l2Camera::V4l2Camera(V4l2CameraConfig config, core::Counters& counters, System
     : config_(std::move(config)),
       tally_(std::make_unique<Tally>(counters)),
       now_(std::move(system.now)),
-      finder_(config_.device, std::move(system.open), std::move(system.nodes)) {
-  if (!config_.trigger_control.empty()) {
+      finder_(config_.device, std::move(system.open), std::move(system.nodes)),
+      open_line_(std::move(system.open_line)) {
+  if (config_.IsTriggered()) {
     trigger_ = std::make_unique<V4l2TriggerThread>([this] { PullTrigger(); });
   }
 }
@@ -69,15 +70,44 @@ core::Expected<void> V4l2Camera::Trigger(std::uint32_t /*sequence*/) {
   if (trigger_) {
     std::int64_t none = 0;
     unanswered_ns_.compare_exchange_strong(none, now_().ns());
+    unanswered_.fetch_add(1);
     trigger_->Fire();
   }
   return {};
 }
 
 void V4l2Camera::PullTrigger() {
-  const std::lock_guard lock(session_mutex_);
-  const bool pulled = session_ && session_->controls().Set(config_.trigger_control, "1");
+  const bool by_line = config_.trigger_line.kind != TriggerLineConfig::Kind::kNone;
+  auto pulled = by_line ? PullLine() : PullControl();
   if (!pulled) tally_->trigger_failures.Add();
+  const std::lock_guard lock(session_mutex_);
+  trigger_trouble_ = pulled ? std::nullopt : std::optional(std::move(pulled.error()));
+}
+
+core::Expected<void> V4l2Camera::PullControl() {
+  const std::lock_guard lock(session_mutex_);
+  if (!session_) return core::Fail(core::ErrorCode::kUnavailable, "camera: not open");
+  return session_->controls().Set(config_.trigger_control, "1");
+}
+
+core::Expected<void> V4l2Camera::PullLine() {
+  if (!line_) {
+    auto line = open_line_(config_.trigger_line);
+    if (!line) return tl::unexpected(line.error());
+    line_ = std::move(*line);
+  }
+  auto pulled = line_->Pulse(config_.trigger_line.pulse);
+  if (!pulled) line_.reset();
+  return pulled;
+}
+
+/// What may be wrong when triggers go out and nothing has ever come back.
+std::string V4l2Camera::UnansweredText() const {
+  const int triggers = unanswered_.load();
+  if (!trigger_ || answered_ || triggers == 0) return {};
+  return " after " + std::to_string(triggers) +
+         " triggers, and none before: its trigger mode, the cable, the polarity "
+         "(camera.v4l2.trigger.active_low)?";
 }
 
 core::Expected<void> V4l2Camera::Set(const V4l2Settings& settings) {
@@ -105,6 +135,8 @@ core::Expected<void> V4l2Camera::Open() {
   last_sequence_.reset();
   last_life_ = now_();
   unanswered_ns_.store(0);
+  unanswered_.store(0);
+  answered_ = false;
   hang_ = config_.hang;
   if (const V4l2Interval interval = session_->interval(); interval.known()) {
     hang_ = hang_.count() == 0
@@ -141,8 +173,8 @@ bool V4l2Camera::IsSilent(core::MonoTime now) const {
 }
 
 V4l2Camera::Answer V4l2Camera::Hang(core::Duration silence) {
-  const std::string what =
-      "camera " + session_->device().path() + ": no usable frame for " + SecondsText(silence);
+  const std::string what = "camera " + session_->device().path() + ": no usable frame for " +
+                           SecondsText(silence) + UnansweredText();
   tally_->restarts.Add();
   if (restarted_) {
     return Lose(
@@ -184,6 +216,9 @@ V4l2Camera::Answer V4l2Camera::Next(core::Duration timeout) {
     if (now_() < deadline) continue;
     // A camera that was restarted is not back before its first frame.
     if (restarted_) return tl::unexpected(*trouble_);
+    if (const std::lock_guard lock(session_mutex_); trigger_trouble_) {
+      return tl::unexpected(*trigger_trouble_);
+    }
     return std::shared_ptr<const Frame>();
   }
 }
@@ -220,6 +255,8 @@ core::Expected<std::shared_ptr<Frame>> V4l2Camera::Receive(const V4l2Loan& loan)
   }
   last_life_ = loan.arrival;
   unanswered_ns_.store(0);
+  unanswered_.store(0);
+  answered_ = true;
   restarted_ = false;
   trouble_.reset();
   return frame;

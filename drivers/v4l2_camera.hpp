@@ -22,7 +22,8 @@ namespace kawara::drivers {
 /// are left out and counted.
 ///
 /// Trigger(): a camera that runs freely has nothing to do, and frame and trigger are paired by
-/// time; with a trigger control the control is set, by a thread of its own.
+/// time; with a trigger control the control is set, with a trigger line the line is pulsed, by a
+/// thread of its own. A line that fails is opened anew, and Next() tells why while no frames come.
 /// Threads as drivers::Camera says; counters may be read by anybody.
 ///
 /// Counters: camera.v4l2.opened, .open_failures, .lost (unplugged, stream died), .restarts (it
@@ -36,6 +37,8 @@ class V4l2Camera final : public Camera {
     V4l2Opener open = OpenV4l2Node;
     V4l2Finder::Lister nodes = ListVideoNodes;
     std::function<core::MonoTime()> now = core::MonoNow;
+    std::function<core::Expected<std::unique_ptr<TriggerLine>>(const TriggerLineConfig&)>
+        open_line = OpenTriggerLine;
   };
 
   V4l2Camera(V4l2CameraConfig config, core::Counters& counters);
@@ -69,6 +72,9 @@ class V4l2Camera final : public Camera {
   bool FillPicture(Frame& frame) const;
   void CountGap(std::uint32_t sequence);
   void PullTrigger();
+  core::Expected<void> PullLine();
+  core::Expected<void> PullControl();
+  std::string UnansweredText() const;
 
   V4l2CameraConfig config_;
   std::unique_ptr<Tally> tally_;
@@ -86,6 +92,11 @@ class V4l2Camera final : public Camera {
   bool restarted_ = false;    ///< and no frame since
   core::MonoTime next_try_;
   std::optional<core::Error> trouble_;  ///< why it is closed
+  decltype(System::open_line) open_line_;
+  std::unique_ptr<TriggerLine> line_;           ///< trigger thread only
+  std::optional<core::Error> trigger_trouble_;  ///< session_mutex_
+  std::atomic<int> unanswered_{0};              ///< triggers since the last frame
+  bool answered_ = false;                       ///< a frame has come since the opening
   std::atomic<bool> open_{false};
   std::atomic<std::int64_t> unanswered_ns_{0};  ///< first trigger since the last frame; 0: none
   std::unique_ptr<V4l2TriggerThread> trigger_;  ///< last: its thread uses the rest

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/expected.hpp"
+#include "drivers/trigger_line.hpp"
 #include "drivers/v4l2_controls.hpp"
 #include "drivers/v4l2_device.hpp"
 #include "drivers/v4l2_finder.hpp"
@@ -21,8 +22,14 @@ struct V4l2CameraConfig {
   core::Duration hang = core::Seconds(3);  ///< no frame for so long: restarted; 0: never
   core::Duration reconnect = core::Milliseconds(500);  ///< between two tries to open
   /// Control whose setting to 1 makes one exposure (maker's own; V4L2 has no standard one). Empty:
-  /// the camera runs freely.
+  /// none.
   std::string trigger_control;
+  /// Or the wire its trigger input hangs on.
+  TriggerLineConfig trigger_line;
+
+  bool IsTriggered() const {
+    return !trigger_control.empty() || trigger_line.kind != TriggerLineConfig::Kind::kNone;
+  }
 };
 
 /// One opening of a camera: device, format, controls, stream, in the order they come to be. Closed

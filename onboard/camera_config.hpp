@@ -30,6 +30,32 @@ struct ExposureSettings {
   }
 };
 
+/// How a camera of the kernel's is made to expose.
+struct TriggerSection {
+  std::string by = "nothing";  ///< it runs freely; or a control, a GPIO line, RTS or DTR of a port
+  std::string control;         ///< set to 1 for each exposure
+  std::string device;          ///< GPIO chip (`gpiodetect`), or the serial port
+  std::string line;            ///< GPIO: number on the chip or name (`gpioinfo`)
+  bool active_low = false;
+  double pulse_s = 0.001;
+
+  template <class V>
+  void Visit(V& v) {
+    using namespace core::config;  // NOLINT(google-build-using-namespace)
+    v("by", by, OneOf{"nothing", "control", "gpio", "rts", "dtr"});
+    v("control", control, Optional{});
+    v("device", device, Optional{});
+    v("line", line, Optional{});
+    v("active_low", active_low, Optional{});
+    v("pulse_s", pulse_s, Range{1e-5, 0.1}, Optional{});
+    v.Require(by != "control" || !control.empty(), "control",
+              "the camera's trigger control (`kawara-camera controls` shows them)");
+    v.Require((by != "gpio" && by != "rts" && by != "dtr") || !device.empty(), "device",
+              "the GPIO chip or serial port");
+    v.Require(by != "gpio" || !line.empty(), "line", "the line's number or name");
+  }
+};
+
 /// A camera of the kernel's (source: v4l2). What a camera offers and which controls it has is told
 /// by `kawara-camera list` and `kawara-camera controls`.
 struct V4l2Section {
@@ -42,7 +68,7 @@ struct V4l2Section {
   double readout_s = 0.0;    ///< end of exposure to end of frame, for cameras that stamp the latter
   double hang_s = 3.0;       ///< no frame for so long: the camera is restarted; 0: never
   double reconnect_s = 0.5;  ///< between two tries to open it
-  std::string trigger_control;  ///< set to 1 for each exposure; empty: the camera runs freely
+  TriggerSection trigger;
   ExposureSettings auto_exposure;
 
   template <class V>
@@ -59,7 +85,7 @@ struct V4l2Section {
     v("readout_s", readout_s, Range{0.0, 1.0}, Optional{});
     v("hang_s", hang_s, Range{0.0, 3600.0}, Optional{});
     v("reconnect_s", reconnect_s, Range{0.05, 60.0}, Optional{});
-    v("trigger_control", trigger_control, Optional{});
+    v("trigger", trigger, Optional{});
     v("auto_exposure", auto_exposure, Optional{});
     v.Require((width_px == 0) == (height_px == 0), "height_px",
               "both width_px and height_px, or neither");
@@ -79,7 +105,7 @@ struct CameraConfig {
   Eigen::Vector3d position_frd_m = Eigen::Vector3d::Zero();  ///< from the body's reference point
 
   /// Takes pictures at its own times; of those one near each trigger is taken (PairingFor).
-  bool RunsFreely() const { return source == "v4l2" && v4l2.trigger_control.empty(); }
+  bool RunsFreely() const { return source == "v4l2" && v4l2.trigger.by == "nothing"; }
 
   template <class V>
   void Visit(V& v) {

@@ -6,6 +6,23 @@
 
 namespace kawara::onboard {
 
+namespace {
+
+drivers::TriggerLineConfig LineOf(const TriggerSection& trigger) {
+  using Kind = drivers::TriggerLineConfig::Kind;
+  drivers::TriggerLineConfig line;
+  if (trigger.by == "gpio") line.kind = Kind::kGpio;
+  if (trigger.by == "rts") line.kind = Kind::kRts;
+  if (trigger.by == "dtr") line.kind = Kind::kDtr;
+  line.device = trigger.device;
+  line.line = trigger.line;
+  line.active_low = trigger.active_low;
+  line.pulse = core::DurationFromSeconds(trigger.pulse_s);
+  return line;
+}
+
+}  // namespace
+
 drivers::V4l2CameraConfig V4l2ConfigOf(const CameraConfig& camera) {
   const V4l2Section& section = camera.v4l2;
   drivers::V4l2CameraConfig config;
@@ -19,7 +36,8 @@ drivers::V4l2CameraConfig V4l2ConfigOf(const CameraConfig& camera) {
   config.stamps.readout = core::DurationFromSeconds(section.readout_s);
   config.hang = core::DurationFromSeconds(section.hang_s);
   config.reconnect = core::DurationFromSeconds(section.reconnect_s);
-  config.trigger_control = section.trigger_control;
+  config.trigger_control = section.trigger.by == "control" ? section.trigger.control : "";
+  config.trigger_line = LineOf(section.trigger);
   return config;
 }
 

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Runs a program in a small virtual machine on Debian's own kernel, where drivers are real and hardware is not: two
 # cameras of the kernel's test driver vivid (/dev/video0 with an output beside it, and a multi-planar one), a parallel
-# port whose interrupt line is an input for pulses per second (/dev/pps0), a loopback network. The program is the one
+# port whose interrupt line is an input for pulses per second (/dev/pps0), a second serial port (/dev/ttyS1), a GPIO chip
+# (the driver of an I/O card on a SCSI card, whose memory takes the place of the registers and may be looked at:
+# iomem=relaxed), a loopback network. The program is the one
 # built here with this machine's libraries: /usr and the source tree are mounted read-only at the same places. Nothing
 # is installed and no module is loaded outside.
 #
@@ -28,7 +30,7 @@ for pair in qemu-system-x86_64:qemu-system-x86 busybox:busybox-static depmod:kmo
 done
 
 # The kernel: of Debian's newest package the image and what this machine needs of its modules.
-modules='9p 9pnet_virtio virtio_pci vivid parport_pc pps_parport'
+modules='9p 9pnet_virtio virtio_pci vivid parport_pc pps_parport gpio-pci-idio-16'
 vivid_options='n_devs=2 node_types=0x101,0x1 multiplanar=1,2'
 parport_options='io=0x378 irq=7'
 make_kernel() { # folder
@@ -39,7 +41,7 @@ make_kernel() { # folder
     impossible "$package cannot be downloaded (no network?)"
   dpkg-deb --fsys-tarfile "$work"/*.deb | tar -x -C "$work" --wildcards './boot/vmlinuz-*' './lib/modules/*/modules.*' \
     '*/kernel/drivers/media/*' '*/kernel/drivers/virtio/*' '*/kernel/fs/9p/*' '*/kernel/fs/netfs/*' \
-    '*/kernel/fs/fscache/*' '*/kernel/net/9p/*' '*/kernel/drivers/video/*' '*/kernel/drivers/parport/*' '*/kernel/drivers/pps/*'
+    '*/kernel/fs/fscache/*' '*/kernel/net/9p/*' '*/kernel/drivers/video/*' '*/kernel/drivers/parport/*' '*/kernel/drivers/pps/*' '*/kernel/drivers/gpio/*'
   version=$(ls "$work/lib/modules")
   depmod -b "$work" "$version" 2>/dev/null
   mkdir -p "$work"/initrd/{bin,modules,proc,sys,dev}
@@ -101,8 +103,9 @@ share() { # tag folder options
 }
 arguments=(-nodefaults -no-user-config -display none -no-reboot -nic none -M q35 -cpu max -smp 2 -m 1024
   -accel "${KAWARA_VM_ACCEL:-tcg,thread=multi}" -kernel "$kernel/vmlinuz" -initrd "$kernel/initrd.gz"
-  -chardev null,id=lpt -device isa-parallel,chardev=lpt
-  -append 'console=ttyS0 quiet panic=-1' -chardev "file,id=console,path=$job/console" -serial chardev:console)
+  -chardev null,id=lpt -device isa-parallel,chardev=lpt -chardev null,id=com2 -serial chardev:com2
+  -device lsi53c895a
+  -append 'console=ttyS0 quiet panic=-1 iomem=relaxed' -chardev "file,id=console,path=$job/console" -serial chardev:console)
 share usr /usr ,readonly=on
 share job "$job" ''
 share s0 "$tree" ,readonly=on

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
+#include <utility>
 
 #include "tests/unit/drivers/scripted_camera.hpp"
 
@@ -17,7 +19,11 @@ class V4l2CameraOfScript : public ::testing::Test {
     config_.hang = core::Seconds(1);
   }
   V4l2Camera& Camera() {
-    if (!camera_) camera_ = std::make_unique<V4l2Camera>(config_, counters_, script_.System());
+    if (!camera_) {
+      auto system = script_.System();
+      if (open_line_) system.open_line = open_line_;
+      camera_ = std::make_unique<V4l2Camera>(config_, counters_, std::move(system));
+    }
     return *camera_;
   }
   auto Next() { return Camera().Next(core::Milliseconds(200)); }
@@ -29,6 +35,7 @@ class V4l2CameraOfScript : public ::testing::Test {
   }
 
   ScriptedCamera script_;
+  decltype(V4l2Camera::System::open_line) open_line_;
   V4l2CameraConfig config_;
   core::Counters counters_;
   std::unique_ptr<V4l2Camera> camera_;
@@ -261,6 +268,67 @@ TEST_F(V4l2CameraOfScript, TriggerControlThatIsNotThereIsSaid) {
   config_.trigger_control = "software_trigger";
   EXPECT_EQ(Next().error().message,
             "camera /dev/video0 has no control \"software_trigger\": it has no controls at all");
+}
+
+/// A wire that counts, and fails as ordered.
+class ScriptedLine final : public TriggerLine {
+ public:
+  struct Log {
+    std::atomic<int> opened{0}, pulses{0}, to_fail{0};
+  };
+  explicit ScriptedLine(Log& log) : log_(log) {}
+  core::Expected<void> Set(bool active) override {
+    if (log_.to_fail.load() > 0) {
+      --log_.to_fail;
+      return core::Fail(core::ErrorCode::kUnavailable, "trigger: unplugged");
+    }
+    if (!active) ++log_.pulses;
+    return {};
+  }
+
+ private:
+  Log& log_;
+};
+
+TEST_F(V4l2CameraOfScript, TriggerLineIsPulsedAndOpenedAnewAfterAFailure) {
+  ScriptedLine::Log log;
+  config_.trigger_line.kind = TriggerLineConfig::Kind::kGpio;
+  config_.hang = core::Seconds(1000);
+  open_line_ = [&log](const TriggerLineConfig&) -> core::Expected<std::unique_ptr<TriggerLine>> {
+    ++log.opened;
+    return std::make_unique<ScriptedLine>(log);
+  };
+  Frames({1});
+  ASSERT_TRUE(Next().value());
+  ASSERT_TRUE(Camera().Trigger(1));
+  while (log.pulses.load() < 1) std::this_thread::yield();
+  log.to_fail = 1;
+  ASSERT_TRUE(Camera().Trigger(2));
+  while (Count("trigger_failures") < 1) std::this_thread::yield();
+  std::string said;
+  while (said.empty()) {  // the failure is counted a moment before it is told
+    const auto next = Next();
+    if (!next) said = next.error().message;
+  }
+  EXPECT_EQ(said, "trigger: unplugged");
+  ASSERT_TRUE(Camera().Trigger(3));
+  while (log.pulses.load() < 2) std::this_thread::yield();
+  while (!Next()) std::this_thread::yield();  // all is well again
+  EXPECT_EQ(log.opened, 2);
+}
+
+TEST_F(V4l2CameraOfScript, TriggersThatNothingFollowsAreExplained) {
+  script_.controls[0x009a2001] = {V4L2_CTRL_TYPE_BUTTON, "Software Trigger", 0, 0, 0, 0, {}};
+  config_.trigger_control = "software_trigger";
+  EXPECT_EQ(Next().value(), nullptr);
+  for (std::uint32_t i = 1; i <= 3; ++i) ASSERT_TRUE(Camera().Trigger(i));
+  std::string said;
+  while (said.empty()) {
+    const auto next = Next();
+    if (!next) said = next.error().message;
+  }
+  EXPECT_NE(said.find("after 3 triggers, and none before"), std::string::npos) << said;
+  EXPECT_NE(said.find("active_low"), std::string::npos) << said;
 }
 
 TEST_F(V4l2CameraOfScript, TriggerOfAClosedCameraFailsWithoutAWord) {
