@@ -137,6 +137,7 @@ int Model(kawara::mapper::FrameSource& source, const std::string& name, bool liv
       changes->Repeat(kawara::core::MonoNow());
       return changes->OnGrown(grown);
     };
+    hooks.waiting = [&] { changes->Repeat(kawara::core::MonoNow()); };
   }
   // A live source ends when it is asked to, and the model is then finished.
   if (!live) hooks.stop = &stop_asked;

@@ -58,7 +58,10 @@ core::Expected<void> MakePairs(FrameSource& source, PairMaker& maker, PairQueue&
 
 core::Expected<void> Consume(ModelBuilder& builder, PairQueue& queue, const FrameSource& source,
                              const ModelHooks& hooks, bool& interrupted) {
-  while (auto pair = queue.Pop()) {
+  const auto waiting = [&hooks] {
+    if (hooks.waiting) hooks.waiting();
+  };
+  while (auto pair = queue.Pop(waiting)) {
     if (auto done = builder.Add(*pair); !done) return done;
     hooks.progress(pair->stop + 1, source.total(), builder.pairs());
     interrupted = hooks.stop != nullptr && *hooks.stop;

@@ -30,6 +30,9 @@ struct ModelHooks {
   Measured measured;
   /// See ModelBuilder::OnGrown; from the calling thread. An error ends the run.
   OnGrown grown;
+  /// Called a few times a second while no pair comes: a robot that stands makes none. From the
+  /// calling thread; may be empty.
+  std::function<void()> waiting;
   /// Set by a signal: end soon, with everything durable.
   const std::atomic<bool>* stop = nullptr;
 };

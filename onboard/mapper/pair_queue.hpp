@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -22,10 +23,15 @@ class PairQueue {
     changed_.notify_all();
     return true;
   }
-  /// Waits for a pair. Empty: there will be no more.
-  std::optional<PicturePair> Pop() {
+  /// Waits for a pair, and calls waiting() now and then meanwhile. Empty: there will be no more.
+  template <class Waiting>
+  std::optional<PicturePair> Pop(const Waiting& waiting) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !pairs_.empty() || closed_; });
+    while (!changed_.wait_for(lock, kPatience, [this] { return !pairs_.empty() || closed_; })) {
+      lock.unlock();
+      waiting();
+      lock.lock();
+    }
     if (pairs_.empty()) return {};
     PicturePair pair = std::move(pairs_.front());
     pairs_.pop_front();
@@ -41,6 +47,7 @@ class PairQueue {
 
  private:
   static constexpr std::size_t kRoom = 2;
+  static constexpr std::chrono::milliseconds kPatience{200};
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<PicturePair> pairs_;
