@@ -47,6 +47,11 @@ class CameraRays {
   /// Pixel (row * width + column) that looks along `direction_camera` (any length but zero), within
   /// about a pixel; kNoPixel outside the picture or the field of view.
   std::int32_t PixelOf(const Eigen::Vector3f& direction_camera) const {
+    return PixelAt(TexelOf(direction_camera));
+  }
+  /// PixelOf in steps, for who has many directions to ask for: the table is larger than a
+  /// processor's caches, and what is prefetched early costs no waiting.
+  std::size_t TexelOf(const Eigen::Vector3f& direction_camera) const {
     int axis = 0;
     direction_camera.cwiseAbs().maxCoeff(&axis);
     const float major = direction_camera[axis];
@@ -55,8 +60,10 @@ class CameraRays {
     const std::size_t column = Texel(direction_camera[u] * scale);
     const std::size_t row = Texel(direction_camera[v] * scale);
     const std::size_t face = 2 * static_cast<std::size_t>(axis) + (major < 0.0F ? 1U : 0U);
-    return nearest_[(face * face_px_ + row) * face_px_ + column];
+    return (face * face_px_ + row) * face_px_ + column;
   }
+  void Prefetch(std::size_t texel) const { __builtin_prefetch(nearest_.data() + texel); }
+  std::int32_t PixelAt(std::size_t texel) const { return nearest_[texel]; }
   /// How many pixels look into a steradian around this one: 1 / its solid angle.
   float PixelsPerSteradian(std::int32_t pixel) const;
 

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "vision/voxel/voxel_map.hpp"
 
@@ -19,10 +21,15 @@ class Looker {
         width_(view.ranges.width_px),
         height_(view.ranges.height_px) {}
 
-  /// Rays that went through the voxel whose centroid lies at `point_camera_m`, `distance_m` away;
-  /// 0: none, or nobody knows.
-  int RaysThrough(const Eigen::Vector3f& point_camera_m, float distance_m) const {
-    const std::int32_t pixel = view_.rays.PixelOf(point_camera_m);
+  void Prefetch(std::int32_t pixel) const {
+    if (pixel == CameraRays::kNoPixel) return;
+    __builtin_prefetch(view_.ranges.range_m.data() + pixel);
+    __builtin_prefetch(view_.ranges.sd_m.data() + pixel);
+  }
+
+  /// Rays that went through the voxel whose centroid `pixel` looks at, `distance_m` away; 0: none,
+  /// or nobody knows.
+  int RaysThrough(std::int32_t pixel, float distance_m) const {
     if (pixel == CameraRays::kNoPixel || !IsBehind(pixel, distance_m)) return 0;
     // At an edge the voxel may belong to the nearer pixel beside: all known neighbours must agree.
     const int u = pixel % width_, v = pixel / width_;
@@ -58,6 +65,20 @@ class Looker {
   int width_, height_;
 };
 
+/// Voxels of one block on their way through Examine.
+struct Asked {
+  Voxel* voxel;
+  float distance_m;
+  std::int32_t pixel;
+  std::size_t texel;
+};
+
+void Prefetch(const VoxelBlock& block) {
+  constexpr std::size_t kLine = 64 / sizeof(Voxel);
+  for (std::size_t i = 0; i < block.count; i += kLine)
+    __builtin_prefetch(block.voxels + i, 1);  // to be written
+}
+
 void CountThrough(Voxel& v, int rays) {
   constexpr int kMost = 0xFFFF;
   while (v.see_through + rays > kMost) {
@@ -81,9 +102,11 @@ core::Expected<void> VoxelMap::Examine(const RangeView& view) {
   const auto reach_m = static_cast<float>(config_.max_range_m);
   const auto nearest_m = static_cast<float>(config_.voxel_m);
   const float block_m = voxel_m * kBlockSide;
+  std::array<Asked, kBlockVoxels> all;
   for (const auto& [tile, blocks] : grid_.tiles()) {
     if (HorizontalDistance(tile, camera_m) > config_.max_range_m) continue;
-    for (VoxelBlock* const block : blocks) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      VoxelBlock* const block = blocks[b];
       const Eigen::Vector3f corner_m =
           (Eigen::Vector3d(block->index.x, block->index.y, block->index.z) *
                (config_.voxel_m * kBlockSide) -
@@ -92,7 +115,9 @@ core::Expected<void> VoxelMap::Examine(const RangeView& view) {
       const Eigen::Vector3f nearest = Eigen::Vector3f::Zero().cwiseMax(corner_m).cwiseMin(
           Eigen::Vector3f(corner_m.array() + block_m));
       if (nearest.squaredNorm() > reach_m * reach_m) continue;
-      bool changed = false;
+      // In three passes, each asking the memory for what the next one needs: the tables are larger
+      // than caches, and one after the other most of the time would be waiting.
+      std::size_t asked = 0;
       block->ForEach([&](std::size_t i, Voxel& v) {
         const float scale = 1.0F / v.weight;
         const Eigen::Vector3f in_block(
@@ -102,12 +127,24 @@ core::Expected<void> VoxelMap::Examine(const RangeView& view) {
         const Eigen::Vector3f from_camera_m = corner_m + in_block * voxel_m;
         const float distance_m = from_camera_m.norm();
         if (distance_m > reach_m || distance_m < nearest_m) return;
-        const int rays = looker.RaysThrough(R_camera_map * from_camera_m, distance_m);
-        if (rays == 0) return;
-        CountThrough(v, rays);
+        const std::size_t texel = view.rays.TexelOf(R_camera_map * from_camera_m);
+        view.rays.Prefetch(texel);
+        all[asked++] = {&v, distance_m, CameraRays::kNoPixel, texel};
+      });
+      if (b + 1 < blocks.size()) Prefetch(*blocks[b + 1]);
+      const std::span<Asked> these(all.data(), asked);
+      for (Asked& a : these) {
+        a.pixel = view.rays.PixelAt(a.texel);
+        looker.Prefetch(a.pixel);
+      }
+      bool changed = false;
+      for (const Asked& a : these) {
+        const int rays = looker.RaysThrough(a.pixel, a.distance_m);
+        if (rays == 0) continue;
+        CountThrough(*a.voxel, rays);
         changed = true;
         ++counts_.seen_through;
-      });
+      }
       if (changed) block->revision = pictures_;
     }
   }
