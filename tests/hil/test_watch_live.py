@@ -1,4 +1,5 @@
-"""The 3rd update on a live bus: a drive's own messages, kawara-mapper with a reference that listens to them, and kawara-station that hears what it tells."""
+"""The 3rd update on a live bus: a drive's own messages, kawara-mapper with a reference that listens to them, and kawara-station
+that hears what it tells."""
 import contextlib
 import os
 import pathlib
