@@ -1,6 +1,7 @@
-// bench_changes_run SITE SEED PICTURES COLUMNS [plain|hard|offset|none|paper [FOLDER]]: one drive
-// past one made street, judged against the truth; one line of JSON. What the words mean stands in
-// changes_bench.py. The sides' textures go into the folder, beside what they should look like.
+// bench_changes_run SITE SEED PICTURES COLUMNS [plain|fine|hard|offset|far|none|paper [FOLDER]]:
+// one drive past one made street, judged against the truth; one line of JSON. What the words mean
+// stands in changes_bench.py. The sides' textures go into the folder, beside what they should look
+// like.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -122,10 +123,11 @@ int Main(const ChangeDrive::Options& options, const std::string& kind, const std
     errors.offset_m = {0.06, 0.08, 0.0};
     errors.offset_heading_rad = 0.3 * core::kRadFromDeg;
   }
+  if (kind == "far") errors.offset_m = {0.30, 0.40, 0.0};
   const ChangeDrive drive(options);
   const vision::RoadArea road = drive.Road();
   const vision::KnownPlace place{drive.Reference(), road, vision::AxesOf(road)};
-  auto map = vision::VoxelMap::Create({.voxel_m = 0.2});
+  auto map = vision::VoxelMap::Create({.voxel_m = kind == "fine" ? 0.1 : 0.2});
   if (!map || place.axes.empty()) return 2;
   double vote_s = 0.0, examine_s = 0.0;
   for (int i = 0; i < drive.pictures(); ++i) {
@@ -145,7 +147,7 @@ int Main(const ChangeDrive::Options& options, const std::string& kind, const std
   const auto alignment = vision::AlignReference(*map, place, finder.change.rule, {});
   const double aligned = CpuSeconds();
   if (!alignment) {
-    std::printf("{\"refused\": true}\n");
+    std::printf("{\"refused\": true, \"reason\": \"%s\"}\n", alignment.error().message.c_str());
     return 0;
   }
   const vision::Findings found =
