@@ -273,8 +273,8 @@ class Adjuster {
     const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * reduced * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-    fit_.determined = solver.eigenvalues()[0] > 1e-12;
-    const Eigen::VectorXd inverse = solver.eigenvalues().cwiseMax(1e-15).cwiseInverse();
+    fit_.determined = solver.eigenvalues()[0] > 1e-15;
+    const Eigen::VectorXd inverse = solver.eigenvalues().cwiseMax(1e-16).cwiseInverse();
     const Eigen::MatrixXd covariance = fit_.sd_px * fit_.sd_px * scale.asDiagonal() *
                                        solver.eigenvectors() * inverse.asDiagonal() *
                                        solver.eigenvectors().transpose() * scale.asDiagonal();
