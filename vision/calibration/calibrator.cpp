@@ -55,6 +55,17 @@ double Tilt(const BundleState& state) {
   return most;
 }
 
+/// Mean distance of all corners, those left out as well: leaving out more is no better fit.
+double MisfitOf(const BundleFit& fit) {
+  double sum = 0.0;
+  std::size_t corners = 0;
+  for (const auto& view : fit.residuals) {
+    for (const auto& residual : view) sum += residual.norm();
+    corners += view.size();
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, corners));
+}
+
 double ProjectionSd(const BundleProblem& problem, const BundleFit& fit, const AngleRange& seen) {
   const Eigen::VectorXd& p = fit.state.parameters;
   const auto info = TrialCamera::ParametersOf(problem.model, problem.picture);
@@ -120,38 +131,45 @@ BundleProblem Calibrator::ProblemOf(CalibrationModel model) const {
 
 // The same picture in another model's optical frame: turned about the axis, and reflected where the
 // models' handedness differs, which a flat board does not mind.
-std::optional<BundleState> Calibrator::StartOf(CalibrationModel model) const {
+std::vector<BundleState> Calibrator::StartsOf(CalibrationModel model) const {
   const BundleProblem guessed = ProblemOf(kGuessed);
   const AngleRange seen = SeenAngles(guessed, guess_);
-  const auto numbers = ConvertCamera(kGuessed, guess_.parameters, model, options_.picture, seen);
-  if (!numbers) return {};
   const TrialCamera from(kGuessed, options_.picture, guess_.parameters);
-  const TrialCamera to(model, options_.picture, *numbers);
-  const Eigen::Matrix2d across = to.affine().inverse() * from.affine();
-  const Eigen::JacobiSVD<Eigen::Matrix2d> svd(across, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = svd.matrixU() * svd.matrixV().transpose();
-  BundleState start{*numbers, {}};
-  for (const Eigen::Isometry3d& pose : guess_.optical_from_board) {
-    Eigen::Isometry3d turned = Eigen::Isometry3d::Identity();
-    const Eigen::Vector3d x = turn * pose.linear().col(0), y = turn * pose.linear().col(1);
-    turned.linear() << x, y, x.cross(y);
-    turned.translation() = turn * pose.translation();
-    start.optical_from_board.push_back(turned);
+  std::vector<BundleState> starts;
+  for (const Eigen::VectorXd& numbers :
+       ConvertCamera(kGuessed, guess_.parameters, model, options_.picture, seen)) {
+    const TrialCamera to(model, options_.picture, numbers);
+    const Eigen::Matrix2d across = to.affine().inverse() * from.affine();
+    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(across, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = svd.matrixU() * svd.matrixV().transpose();
+    BundleState start{numbers, {}};
+    for (const Eigen::Isometry3d& pose : guess_.optical_from_board) {
+      Eigen::Isometry3d turned = Eigen::Isometry3d::Identity();
+      const Eigen::Vector3d x = turn * pose.linear().col(0), y = turn * pose.linear().col(1);
+      turned.linear() << x, y, x.cross(y);
+      turned.translation() = turn * pose.translation();
+      start.optical_from_board.push_back(turned);
+    }
+    starts.push_back(std::move(start));
   }
-  return start;
+  return starts;
 }
 
 core::Expected<CameraCalibration> Calibrator::Calibrate(CalibrationModel model) const {
   const auto cannot = [&](const std::string& why) {
     return Fail(ErrorCode::kInvalidArgument, "model " + NameOf(model) + ": " + why);
   };
-  const auto start = StartOf(model);
-  if (!start) return cannot("cannot see as far from its axis as these boards were");
+  const auto starts = StartsOf(model);
+  if (starts.empty()) return cannot("cannot see as far from its axis as these boards were");
   const BundleProblem problem = ProblemOf(model);
   CameraCalibration made;
   made.model = model;
-  made.fit = FitBundle(problem, *start);
+  for (const BundleState& start : starts) {
+    BundleFit fit = FitBundle(problem, start);
+    if (fit.iterations == 0) continue;
+    if (made.fit.iterations == 0 || MisfitOf(fit) < MisfitOf(made.fit)) made.fit = std::move(fit);
+  }
   if (made.fit.iterations == 0) return cannot("does not explain these pictures");
   const double tilt = Tilt(made.fit.state);
   const Eigen::VectorXd& p = made.fit.state.parameters;

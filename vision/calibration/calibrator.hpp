@@ -62,7 +62,7 @@ class Calibrator {
   Calibrator(CalibrationOptions options, std::vector<BoardView> views)
       : options_(std::move(options)), views_(std::move(views)) {}
   BundleProblem ProblemOf(CalibrationModel model) const;
-  std::optional<BundleState> StartOf(CalibrationModel model) const;
+  std::vector<BundleState> StartsOf(CalibrationModel model) const;
   double CrossValidated(const BundleProblem& problem, const BundleFit& fit) const;
   void Judge(CameraCalibration& made) const;
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "vision/calibration/bundle.hpp"
 
@@ -13,11 +14,13 @@ std::optional<BundleState> GuessCamera(const CalibrationPicture& picture, double
                                        const std::vector<BoardView>& views);
 
 /// The numbers of `model` that come nearest to what a camera of `from` does over the angles `seen`:
-/// radii of the model fitted to its radii. Empty: the model cannot do that.
-std::optional<Eigen::VectorXd> ConvertCamera(CalibrationModel from, const Eigen::VectorXd& numbers,
-                                             CalibrationModel model,
-                                             const CalibrationPicture& picture,
-                                             const AngleRange& seen);
+/// radii of the model fitted to its radii. Several where the fit has several minima (a double
+/// sphere's with either sign of xi), the nearest first: which one it is only the boards can tell.
+/// Empty: the model cannot do that.
+std::vector<Eigen::VectorXd> ConvertCamera(CalibrationModel from, const Eigen::VectorXd& numbers,
+                                           CalibrationModel model,
+                                           const CalibrationPicture& picture,
+                                           const AngleRange& seen);
 
 /// Angles from the optical axis at which a camera sees the corners.
 AngleRange SeenAngles(const BundleProblem& problem, const BundleState& state);

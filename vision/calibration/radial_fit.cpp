@@ -13,6 +13,9 @@ namespace {
 
 constexpr int kSamples = 80;
 constexpr int kIterations = 100;
+/// Minima of a model whose numbers of shape differ by less are one.
+constexpr double kSameShape = 0.1;
+constexpr std::size_t kMostMinima = 4;
 
 struct Sample {
   double angle_rad, radius_px;
@@ -164,12 +167,32 @@ void SolveOcam(const CalibrationPicture& picture, const std::vector<Sample>& sam
   p[7] = a[3] / unit;
 }
 
+struct Minimum {
+  double cost;
+  Eigen::VectorXd numbers;
+};
+
+/// The lowest, and others whose shape is another, lowest first.
+std::vector<Eigen::VectorXd> Distinct(std::vector<Minimum> minima) {
+  std::ranges::stable_sort(minima, std::ranges::less(), &Minimum::cost);
+  std::vector<Eigen::VectorXd> distinct;
+  for (const Minimum& minimum : minima) {
+    const bool known = std::ranges::any_of(distinct, [&](const Eigen::VectorXd& other) {
+      const auto shape = other.size() - 4;
+      return (other.tail(shape) - minimum.numbers.tail(shape)).cwiseAbs().maxCoeff() < kSameShape;
+    });
+    if (!known) distinct.push_back(minimum.numbers);
+    if (distinct.size() == kMostMinima) break;
+  }
+  return distinct;
+}
+
 }  // namespace
 
-std::optional<Eigen::VectorXd> ConvertCamera(CalibrationModel from, const Eigen::VectorXd& numbers,
-                                             CalibrationModel model,
-                                             const CalibrationPicture& picture,
-                                             const AngleRange& seen) {
+std::vector<Eigen::VectorXd> ConvertCamera(CalibrationModel from, const Eigen::VectorXd& numbers,
+                                           CalibrationModel model,
+                                           const CalibrationPicture& picture,
+                                           const AngleRange& seen) {
   const double aspect = from == CalibrationModel::kDoughnut ||
                                 from == CalibrationModel::kDoughnutCorrected ||
                                 from == CalibrationModel::kOcam
@@ -183,8 +206,7 @@ std::optional<Eigen::VectorXd> ConvertCamera(CalibrationModel from, const Eigen:
   const auto info = TrialCamera::ParametersOf(model, picture);
   const RadialFit fit(model, picture, samples);
   const Sample& middle = samples[samples.size() / 2];
-  std::optional<Eigen::VectorXd> best;
-  double least = std::numeric_limits<double>::infinity();
+  std::vector<Minimum> minima;
   for (const auto& shape : ShapesOf(model)) {
     Eigen::VectorXd p = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(info.size()));
     p[0] = numbers[0];
@@ -212,15 +234,14 @@ std::optional<Eigen::VectorXd> ConvertCamera(CalibrationModel from, const Eigen:
     }
     if (!p.allFinite()) continue;
     const double cost = fit.Minimise(p);
-    if (!(cost < least)) continue;
-    least = cost;
+    if (!std::isfinite(cost)) continue;
     if (model != CalibrationModel::kOcam && model != CalibrationModel::kDoughnut &&
         model != CalibrationModel::kDoughnutCorrected) {
       p[3] = p[2] * aspect;
     }
-    best = p;
+    minima.push_back({cost, p});
   }
-  return best;
+  return Distinct(std::move(minima));
 }
 
 }  // namespace kawara::vision
