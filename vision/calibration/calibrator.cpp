@@ -230,8 +230,11 @@ void Calibrator::Judge(CameraCalibration& made) const {
                                  " % of the radius only: bring some nearer to the rim"));
   }
   if (made.coverage.CellShare() < kGoodCells) {
+    const std::string hours = made.coverage.EmptyHours();
     made.warnings.push_back(Text("boards cover ", Percent(made.coverage.CellShare()),
-                                 " % of the picture's cells only: put them all around"));
+                                 " % of the picture's cells only",
+                                 hours.empty() ? "" : ", the picture is empty at " + hours,
+                                 ": put them all around, as near to the rim as to the middle"));
   }
   if (made.fit.rms_px > kPoorRms) {
     made.warnings.push_back(Text("residuals of ", made.fit.rms_px,

@@ -87,6 +87,32 @@ double Coverage::CellShare() const {
   return static_cast<double>(filled) / ((kRings - first) * kSectors);
 }
 
+std::string Coverage::EmptyHours() const {
+  const int first = std::clamp(static_cast<int>(kRings * low_px / rim_px), 0, kRings - 1);
+  std::array<bool, kSectors> empty{};
+  for (std::size_t sector = 0; sector < kSectors; ++sector) {
+    int cells = 0;
+    for (std::size_t ring = static_cast<std::size_t>(first); ring < kRings; ++ring) {
+      cells += corners[ring][sector] == 0 ? 1 : 0;
+    }
+    empty[sector] = 2 * cells >= kRings - first;
+  }
+  // Sector 0 begins at the left, nine o'clock, and they go on clockwise as v is down.
+  const auto is_empty = [&](int hour) { return empty[static_cast<std::size_t>((hour + 3) % 12)]; };
+  static_assert(kSectors == 12, "a sector an hour");
+  if (std::ranges::all_of(empty, [](bool e) { return e; })) return "all around";
+  std::string text;
+  for (int hour = 0; hour < 12; ++hour) {
+    // A run begins where the hour before is not empty.
+    if (!is_empty(hour) || is_empty(hour + 11)) continue;
+    int end = hour;
+    while (is_empty(end % 12)) ++end;
+    const auto name = [](int h) { return std::to_string(h % 12 == 0 ? 12 : h % 12); };
+    text += (text.empty() ? "" : ", ") + name(hour) + "-" + name(end);
+  }
+  return text.empty() ? text : text + " o'clock";
+}
+
 Coverage CoverageOf(const std::vector<BoardView>& views, const Eigen::Vector2d& center_px,
                     double rim_px) {
   Coverage coverage;

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "vision/calibration/board.hpp"
@@ -34,6 +35,9 @@ struct Coverage {
   double RadiusShare() const;
   /// Of the cells from the innermost corner's ring on, how many hold a corner.
   double CellShare() const;
+  /// Where half the cells and more of a sector are empty, as a clock's hours with 12 up in the
+  /// picture: "2-4, 9-10 o'clock". Empty: nowhere.
+  std::string EmptyHours() const;
 };
 
 Coverage CoverageOf(const std::vector<BoardView>& views, const Eigen::Vector2d& center_px,
