@@ -1,4 +1,4 @@
-// render_boards FOLDER COUNT [high_deg]: rendered pictures of a 9 x 6 board of 0.03 m through a
+// render_boards FOLDER COUNT: rendered pictures of a 9 x 6 board of 0.03 m through a
 // known fisheye, 00.png, 01.png ..., and the camera that made them as truth.txt: "u v x y z" lines,
 // pixels and their rays.
 #include <cstdio>
@@ -12,7 +12,7 @@
 int main(int argc, char** argv) {
   using namespace kawara::vision;
   if (argc < 3) {
-    std::fprintf(stderr, "render_boards FOLDER COUNT [high_deg]\n");
+    std::fprintf(stderr, "render_boards FOLDER COUNT\n");
     return 2;
   }
   const std::filesystem::path folder = argv[1];
@@ -20,10 +20,8 @@ int main(int argc, char** argv) {
   const auto camera = MakeCamera(known.choice);
   if (!camera) return 1;
   const Board board{.cols = 9, .rows = 6, .square_m = 0.03};
-  const double high_rad =
-      argc > 3 ? std::atof(argv[3]) * kawara::core::kRadFromDeg : known.high_rad;
   int number = 0;
-  for (const BoardHold& hold : HoldsAround(known.low_rad, high_rad, std::atoi(argv[2]), 3)) {
+  for (const BoardHold& hold : HoldsAround(known.low_rad, known.high_rad, std::atoi(argv[2]), 3)) {
     const Eigen::Isometry3d pose = CameraFromBoard(**camera, board, hold);
     const RgbPicture picture =
         RenderBoard(**camera, board, pose, {}, static_cast<unsigned>(number + 1));

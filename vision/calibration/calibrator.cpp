@@ -229,11 +229,11 @@ void Calibrator::Judge(CameraCalibration& made) const {
     made.warnings.push_back(Text("boards reach over ", Percent(made.coverage.RadiusShare()),
                                  " % of the radius only: bring some nearer to the rim"));
   }
-  if (made.coverage.CellShare() < kGoodCells) {
-    const std::string hours = made.coverage.EmptyHours();
+  const std::string hours = made.coverage.EmptyHours();
+  if (made.coverage.CellShare() < kGoodCells || !hours.empty()) {
     made.warnings.push_back(Text("boards cover ", Percent(made.coverage.CellShare()),
                                  " % of the picture's cells only",
-                                 hours.empty() ? "" : ", the picture is empty at " + hours,
+                                 hours.empty() ? "" : ", half and more of it is empty at " + hours,
                                  ": put them all around, as near to the rim as to the middle"));
   }
   if (made.fit.rms_px > kPoorRms) {
