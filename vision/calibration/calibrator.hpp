@@ -59,8 +59,8 @@ class Calibrator {
   const std::vector<BoardView>& views() const { return views_; }
 
  private:
-  Calibrator(CalibrationOptions options, std::vector<BoardView> views)
-      : options_(std::move(options)), views_(std::move(views)) {}
+  Calibrator(const CalibrationOptions& options, std::vector<BoardView> views)
+      : options_(options), views_(std::move(views)) {}
   BundleProblem ProblemOf(CalibrationModel model) const;
   std::vector<BundleState> StartsOf(CalibrationModel model) const;
   double CrossValidated(const BundleProblem& problem, const BundleFit& fit) const;
