@@ -103,7 +103,7 @@ class RadialFit {
       normal = scale.asDiagonal() * normal * scale.asDiagonal();
       const Eigen::VectorXd right = scale.asDiagonal() * (J.transpose() * r);
       double gain = 0.0;
-      for (; damping < 1e10; damping *= 5.0) {
+      while (damping < 1e10) {
         Eigen::MatrixXd damped = normal;
         damped.diagonal().array() += damping;
         const Eigen::VectorXd step = scale.asDiagonal() * damped.ldlt().solve(right);
@@ -112,7 +112,10 @@ class RadialFit {
           next[Number(k)] = std::clamp(p[Number(k)] + step[k], Info(k).low, Info(k).high);
         }
         const double next_cost = Residuals(next, next_r);
-        if (!(next_cost < cost)) continue;
+        if (!(next_cost < cost)) {
+          damping *= 5.0;
+          continue;
+        }
         gain = (cost - next_cost) / cost;
         cost = next_cost;
         p = next;

@@ -13,8 +13,8 @@ namespace kawara::vision {
 inline double MissPx(const CameraModel& truth, const CameraModel& made, const Coverage& covered) {
   double sum = 0.0;
   int rays = 0;
-  for (double v = 5; v < truth.height_px(); v += 15) {
-    for (double u = 5; u < truth.width_px(); u += 15) {
+  for (int v = 5; v < truth.height_px(); v += 15) {
+    for (int u = 5; u < truth.width_px(); u += 15) {
       const Eigen::Vector2d pixel(u, v);
       const double radius = (pixel - truth.Symmetry()->center_px).norm();
       if (radius < covered.low_px || radius > covered.high_px) continue;

@@ -10,10 +10,11 @@ namespace {
 /// Corners in every cell but those between two hours of a clock.
 BoardView AllBut(double from_hour, double to_hour) {
   BoardView view;
-  for (double hour = 0.25; hour < 12.0; hour += 0.5) {
+  for (int half = 0; half < 24; ++half) {
+    const double hour = 0.25 + 0.5 * half;
     if (hour > from_hour && hour < to_hour) continue;
     const double turn = 2.0 * core::kPi * (hour - 3.0) / 12.0;
-    for (double r = 5.0; r < 100.0; r += 5.0) {
+    for (int r = 5; r < 100; r += 5) {
       view.push_back({0, 0, Eigen::Vector2d(200 + r * std::cos(turn), 200 + r * std::sin(turn))});
     }
   }
