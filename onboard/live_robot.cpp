@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <kawara/config_t.hpp>
+#include <vector>
 
 #include "comms/codec.hpp"
 #include "comms/lcm_bus.hpp"
@@ -86,6 +87,7 @@ struct LiveRobot::Parts {
   std::unique_ptr<CameraReader> camera_reader;
   std::unique_ptr<drivers::PpsSource> pps;
   std::unique_ptr<PpsReader> pps_reader;
+  std::vector<HeartWatch> hearts;
   bool stopped = false;
 };
 
@@ -150,6 +152,7 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
     p.pps = MakePps(config.gps.pps);
     p.pps_reader = std::make_unique<PpsReader>(*p.pps, p.inbox, p.counters);
   }
+  p.hearts = {HeartWatch(p.loop->heart()), HeartWatch(p.pump->heart())};
   return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(parts)));
 }
 
@@ -168,6 +171,12 @@ void LiveRobot::Stop() {
   p.pump->Stop();
   if (p.pictures) p.pictures->Stop();
   if (p.recorder) p.recorder->Stop();
+}
+
+bool LiveRobot::IsAlive() {
+  bool alive = true;
+  for (HeartWatch& heart : parts_->hearts) alive = heart.HasBeaten() && alive;
+  return alive;
 }
 
 std::string LiveRobot::Summary() const {

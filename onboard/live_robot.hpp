@@ -23,6 +23,8 @@ class LiveRobot {
   LiveRobot& operator=(const LiveRobot&) = delete;
 
   void Stop();
+  /// The real-time loop and the pump have both gone round since the last call (or since Start).
+  bool IsAlive();
   /// One line for the operator: fixes, pictures, drops, where the log is. After Stop().
   std::string Summary() const;
 

@@ -15,6 +15,7 @@
 #include "onboard/check/device_check.hpp"
 #include "onboard/live_robot.hpp"
 #include "onboard/replay_robot.hpp"
+#include "onboard/service_manager.hpp"
 
 namespace {
 
@@ -46,11 +47,14 @@ sigset_t BlockSignals() {
   return signals;
 }
 
-void WaitForSignal(const sigset_t& signals, double duration_s) {
+/// Meanwhile the service manager hears that the robot lives, for as long as it does.
+void WaitForSignal(const sigset_t& signals, double duration_s, onboard::LiveRobot& robot) {
   const core::MonoTime end = core::MonoNow() + core::DurationFromSeconds(duration_s);
+  const std::int64_t nap_ns = onboard::service::AlivePeriod(core::Seconds(1)).count();
+  const timespec nap{nap_ns / 1'000'000'000, nap_ns % 1'000'000'000};
   for (;;) {
-    const timespec nap{1, 0};
     if (sigtimedwait(&signals, nullptr, &nap) > 0) return;
+    if (robot.IsAlive()) onboard::service::SayAlive();
     if (duration_s > 0.0 && core::MonoNow() >= end) return;
   }
 }
@@ -59,7 +63,9 @@ int RunLive(const onboard::OnboardConfig& config, double duration_s) {
   const sigset_t signals = BlockSignals();
   auto robot = onboard::LiveRobot::Start(config);
   if (!robot) return Complain(robot.error());
-  WaitForSignal(signals, duration_s);
+  onboard::service::SayReady();
+  WaitForSignal(signals, duration_s, **robot);
+  onboard::service::SayStopping();
   (*robot)->Stop();
   std::printf("%s\n", (*robot)->Summary().c_str());
   return 0;

@@ -93,6 +93,7 @@ void Pump::Subscribe(bool corrections_from_bus) {
 void Pump::Run() {
   BecomeBackground("pump", -5);
   while (!stopping_.load(std::memory_order_relaxed)) {
+    heart_.Beat();
     std::array<pollfd, 2> fds{{{parts_.output.fd(), POLLIN, 0}, {parts_.bus.fd(), POLLIN, 0}}};
     (void)poll(fds.data(), fds.size(), 100);
     const core::MonoTime now = core::MonoNow();

@@ -8,6 +8,7 @@
 #include "core/counters.hpp"
 #include "onboard/correction_source.hpp"
 #include "onboard/frame_table.hpp"
+#include "onboard/heartbeat.hpp"
 #include "onboard/input_inbox.hpp"
 #include "onboard/message_sink.hpp"
 #include "onboard/outlet.hpp"
@@ -42,6 +43,7 @@ class Pump {
   void Start();
   /// Delivers what the core has said until now, then ends.
   void Stop();
+  const Heartbeat& heart() const { return heart_; }
 
  private:
   class Sink;
@@ -56,6 +58,7 @@ class Pump {
   std::int64_t last_command_ = -1;
   core::MonoTime next_second_;
   core::MonoTime next_system_clock_;
+  Heartbeat heart_;
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -130,6 +130,7 @@ void RtLoop::Run() {
     }
   }
   while (!stopping_.load(std::memory_order_relaxed)) {
+    heart_.Beat();
     const core::MonoTime deadline = core_.NextDeadline(core::MonoNow());
     Wait(deadline);
     const core::MonoTime now = core::MonoNow();

@@ -9,6 +9,7 @@
 #include "drivers/camera.hpp"
 #include "drivers/reconnecting_port.hpp"
 #include "onboard/config.hpp"
+#include "onboard/heartbeat.hpp"
 #include "onboard/input_inbox.hpp"
 #include "onboard/output_ring.hpp"
 #include "onboard/robot_core.hpp"
@@ -48,6 +49,7 @@ class RtLoop {
 
   void Start();
   void Stop();
+  const Heartbeat& heart() const { return heart_; }
 
  private:
   class ActingSink;
@@ -76,6 +78,7 @@ class RtLoop {
   core::Counter& output_refused_;
   core::Counter& inbox_refused_;
   core::Counter& write_dropped_;
+  Heartbeat heart_;
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };
