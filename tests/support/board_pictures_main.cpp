@@ -16,6 +16,12 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::filesystem::path folder = argv[1];
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    std::fprintf(stderr, "render_boards: %s: %s\n", argv[1], error.message().c_str());
+    return 2;
+  }
   const KnownCamera known = KnownCameras().back();
   const auto camera = MakeCamera(known.choice);
   if (!camera) return 1;
