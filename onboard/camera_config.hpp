@@ -100,6 +100,10 @@ struct CameraConfig {
   std::string model;
   double trigger_lead_s = 0.0;  ///< trigger to start of exposure
   double exposure_s = 0.0;      ///< the pose is that of mid-exposure
+  /// What is wired to the receiver's event input: nothing, the line that triggers the camera, or
+  /// the camera's own sign that it exposes (strobe). The receiver's time of it is then the
+  /// exposure's ($PASHR,TTT: 1 us).
+  std::string event_mark = "none";
   double pairing_window_s =
       0.1;  ///< how far it may lie off its trigger; of no use if it runs freely
   Eigen::Vector3d position_frd_m = Eigen::Vector3d::Zero();  ///< from the body's reference point
@@ -117,9 +121,12 @@ struct CameraConfig {
     v("model", model, Optional{});
     v("trigger_lead_s", trigger_lead_s, Range{0.0, 1.0}, Optional{});
     v("exposure_s", exposure_s, Range{0.0, 1.0}, Optional{});
+    v("event_mark", event_mark, OneOf{"none", "trigger", "exposure"}, Optional{});
     v("pairing_window_s", pairing_window_s, Range{0.001, 1.0}, Optional{});
     v("position_frd_m", position_frd_m, Range{-20.0, 20.0}, Optional{});
     v.Require(source != "socket" || !path.empty(), "path", "the path of the camera's socket");
+    v.Require(event_mark != "trigger" || !RunsFreely(), "event_mark",
+              "exposure, or none: a camera that runs freely has no trigger");
     v.Require(source != "v4l2" || !v4l2.device.empty(), "v4l2",
               "a section with the camera's device (`kawara-camera list` shows them)");
   }

@@ -33,6 +33,11 @@ CoreCounters::CoreCounters(core::Counters& c)
       stray_(c.Register("camera.stray")),
       doubled_(c.Register("camera.doubled")),
       disagreed_(c.Register("camera.disagreed")),
+      marked_(c.Register("camera.marked")),
+      mark_missing_(c.Register("camera.marks_missing")),
+      mark_stray_(c.Register("camera.marks_stray")),
+      lead_(c.Register("camera.lead_us")),
+      stamp_error_(c.Register("camera.stamp_error_us")),
       pictures_(c.Register("phase1.ordered")),
       busy_(c.Register("phase1.skipped_busy")),
       blind_(c.Register("phase1.poses_extrapolated")),
@@ -84,6 +89,11 @@ void CoreCounters::Set(const PictureChain& pictures) {
   stray_.Set(pictures.pairing().stray);
   doubled_.Set(pictures.pairing().doubled);
   disagreed_.Set(pictures.pairing().disagreed);
+  marked_.Set(pictures.marks().used);
+  mark_missing_.Set(pictures.marks().missing);
+  mark_stray_.Set(pictures.marks().stray);
+  lead_.Set(pictures.stats().measured_lead.count() / 1000);
+  stamp_error_.Set(pictures.stats().stamp_error.count() / 1000);
   pictures_.Set(pictures.stats().pictures);
   busy_.Set(pictures.stats().skipped_busy);
   blind_.Set(pictures.stats().blind_poses);

@@ -33,7 +33,7 @@ class CoreCounters {
   core::Counter &pulses_used_, &pulses_refused_, &pulses_missing_;
   core::Counter &rtcm_forwarded_, &rtcm_bad_, &rtcm_refused_, &rtcm_dropped_;
   core::Counter &triggers_, &triggers_skipped_, &paired_, &missed_, &stray_, &doubled_, &disagreed_,
-      &pictures_, &busy_, &blind_;
+      &marked_, &mark_missing_, &mark_stray_, &lead_, &stamp_error_, &pictures_, &busy_, &blind_;
   core::Counter &nav_fixes_used_, &nav_fixes_refused_, &nav_wrong_fixes_, &nav_resets_,
       &nav_outages_, &nav_late_, &nav_too_late_, &nav_imu_refused_;
 };

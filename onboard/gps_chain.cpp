@@ -88,6 +88,9 @@ void GpsChain::OnMessage(const drivers::GnssMessage& message) {
     SpeedUp();
   }
   if (config_.configure) dialogue_.OnMessage(now_, message, events_);
+  if (const auto* tag = message.Ashtech<drivers::AshtechTimeTag>()) {
+    listener_.OnTimeTag(*tag, message.arrival);
+  }
   assembler_.OnMessage(message, *this);
 }
 

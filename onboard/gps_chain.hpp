@@ -18,6 +18,8 @@ class GpsListener {
  public:
   virtual ~GpsListener() = default;
   virtual void OnGpsFix(const core::GnssFix& fix) = 0;
+  /// An instant the receiver took the time of, a pulse it gave (PTT) or one it was given (TTT).
+  virtual void OnTimeTag(const drivers::AshtechTimeTag& tag, core::MonoTime arrival) = 0;
 };
 
 /// From the GPS port's bytes to fixes, and back: the set-up dialogue with the receiver.

@@ -1,5 +1,7 @@
 #include "onboard/picture_chain.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <limits>
 #include <utility>
 
@@ -9,6 +11,13 @@ namespace {
 /// An exposure so little after the newest fix needs no later one: velocity carries it on within
 /// millimetres.
 constexpr core::Duration kSameEpoch = core::Milliseconds(30);
+
+/// A mark leaves the receiver within so much of its pulse (Z-Family manual p.200: at once; the port
+/// may be busy with an epoch's sentences).
+constexpr core::Duration kMarkPatience = core::Milliseconds(200);
+/// The lead is believed after so many marks, and worth a word if it is off by more than that.
+constexpr int kLeadsToLearn = 16;
+constexpr core::Duration kLeadTolerance = core::Milliseconds(2);
 
 /// Stamps of frames scatter by so much.
 constexpr core::Duration kStampScatter = core::Milliseconds(3);
@@ -100,8 +109,67 @@ void PictureChain::OnFrame(core::MonoTime now, const FrameInput& frame) {
   ++epoch_;
   out_.OnPicture({epoch_, frame.slot});
   const core::MonoTime middle = frame.exposure_start + half_exposure_;
-  *free = {true, epoch_, exposure->plan.reason, middle, middle + patience_.Get()};
+  *free = {.active = true,
+           .epoch = epoch_,
+           .reason = exposure->plan.reason,
+           .exposure = middle,
+           .give_up = middle + patience_.Get(),
+           .fired = exposure->fired,
+           .stamp = frame.exposure_start,
+           .wants_mark = camera_.event_mark != "none",
+           .mark_window = MarkWindow()};
   SendPoses(now);
+}
+
+/// Never so wide that the mark of the epoch before or after is within it.
+core::Duration PictureChain::MarkWindow() const {
+  core::Duration window = core::DurationFromSeconds(camera_.pairing_window_s);
+  if (scheduler_.epoch_period().count() > 0) {
+    window = std::min(window, scheduler_.epoch_period() / 2);
+  }
+  if (camera_.RunsFreely()) {
+    window = std::min(window, core::DurationFromSeconds(0.5 / camera_.v4l2.rate_hz));
+  }
+  return window;
+}
+
+/// Looks for the mark of an exposure, by where it must be from the trigger; from the camera's stamp
+/// if there is no trigger.
+void PictureChain::TakeMark(core::MonoTime now, Awaiting& wait) {
+  if (!wait.wants_mark || !timeline_.valid()) return;
+  const core::Duration lead = core::DurationFromSeconds(camera_.trigger_lead_s);
+  const bool of_trigger = camera_.event_mark == "trigger";
+  core::MonoTime expected = wait.stamp;
+  if (!camera_.RunsFreely()) expected = of_trigger ? wait.fired : wait.fired + lead;
+  const auto mark = marks_.Take(timeline_.ToGps(expected).time, wait.mark_window);
+  if (!mark) return;
+  wait.wants_mark = false;
+  const core::MonoTime seen = timeline_.ToMono(*mark).time;
+  const core::MonoTime start = of_trigger ? seen + lead : seen;
+  wait.exposure = start + half_exposure_;
+  LearnFromMark(now, wait, start);
+}
+
+void PictureChain::LearnFromMark(core::MonoTime now, const Awaiting& wait, core::MonoTime start) {
+  const auto smooth = [this](core::Duration& value, core::Duration seen) {
+    value = leads_learnt_ == 0 ? seen : value + (seen - value) / kLeadsToLearn;
+  };
+  smooth(stats_.stamp_error, wait.stamp - start);
+  smooth(stats_.measured_lead, start - wait.fired);
+  if (leads_learnt_ > kLeadsToLearn || ++leads_learnt_ != kLeadsToLearn) return;
+  const core::Duration configured = core::DurationFromSeconds(camera_.trigger_lead_s);
+  const bool measurable = camera_.event_mark == "exposure" && !camera_.RunsFreely();
+  if (!measurable || std::chrono::abs(stats_.measured_lead - configured) < kLeadTolerance) return;
+  core::EventText text("exposures start ");
+  text.Append(core::ToSeconds(stats_.measured_lead) * 1e3, 1)
+      .Append(" ms after the trigger: with camera.trigger_lead_s: ")
+      .Append(core::ToSeconds(stats_.measured_lead), 4)
+      .Append(" they would lie on the receiver's epochs");
+  events_.WarnLow(now, "camera.lead", text);
+}
+
+bool PictureChain::WorthWaitingForMark(core::MonoTime now, const Awaiting& wait) const {
+  return wait.wants_mark && marks_.alive() && now < wait.exposure + kMarkPatience;
 }
 
 void PictureChain::OnPictureDone() {
@@ -116,8 +184,15 @@ bool PictureChain::IsCovered(core::MonoTime exposure) const {
 void PictureChain::SendPoses(core::MonoTime now) {
   for (Awaiting& wait : awaiting_) {
     if (!wait.active) continue;
+    TakeMark(now, wait);
     const bool covered = IsCovered(wait.exposure);
     if (!covered && now < wait.give_up) continue;
+    if (WorthWaitingForMark(now, wait)) continue;
+    if (wait.wants_mark && timeline_.valid() && marks_.Miss()) {
+      events_.WarnHigh(now, "camera.no_mark",
+                       "the receiver's event input sees no shutter (wire, edge, option E of the "
+                       "receiver?): the camera's own stamps are taken");
+    }
     SendPose(wait, covered);
     wait.active = false;
   }

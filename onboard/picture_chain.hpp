@@ -7,6 +7,7 @@
 #include "estimation/gps_timeline.hpp"
 #include "onboard/config.hpp"
 #include "onboard/core_sink.hpp"
+#include "onboard/event_marks.hpp"
 #include "onboard/fix_patience.hpp"
 #include "onboard/frame_pairing.hpp"
 #include "onboard/navigation_chain.hpp"
@@ -15,7 +16,9 @@ namespace kawara::onboard {
 
 /// From GNSS epochs to pictures with poses: pulls the trigger, takes the frame that belongs to it,
 /// orders the picture, and sends the pose of mid-exposure after it as soon as the fix of its epoch
-/// and an attitude after it are in. Real-time safe; one thread; a pure function of its calls.
+/// and an attitude after it are in. If the shutter is wired to the receiver's event input, the
+/// receiver's time of it takes the place of the camera's stamp. Real-time safe; one thread; a pure
+/// function of its calls.
 class PictureChain {
  public:
   struct Stats {
@@ -23,6 +26,10 @@ class PictureChain {
     std::int64_t pictures = 0;      ///< frames that became a picture order
     std::int64_t skipped_busy = 0;  ///< frames left out because earlier pictures are not done
     std::int64_t blind_poses = 0;   ///< poses sent without measurements after the exposure
+    /// From the receiver's marks, smoothed: trigger to start of exposure, and how much later than
+    /// that start the camera's own stamp lies. 0: not measured.
+    core::Duration measured_lead{};
+    core::Duration stamp_error{};
   };
 
   PictureChain(const CameraConfig& camera, const ScheduleConfig& schedule,
@@ -32,6 +39,8 @@ class PictureChain {
   void OnFix(const core::GnssFix& fix);
   void OnAhrs(const core::AhrsSample& sample) { newest_attitude_ = sample.sampled; }
   void OnFrame(core::MonoTime now, const FrameInput& frame);
+  /// The receiver saw the shutter, or its trigger (CameraConfig::event_mark).
+  void OnMark(core::GpsTime mark) { marks_.OnMark(mark); }
   void OnPictureDone();
   void RequestPicture() { scheduler_.RequestPicture(); }
   /// The computer's own clock, for the time of pictures while there is no GPS time.
@@ -41,6 +50,7 @@ class PictureChain {
 
   const Stats& stats() const { return stats_; }
   const FramePairing::Stats& pairing() const { return pairing_.stats(); }
+  const EventMarks::Stats& marks() const { return marks_.stats(); }
   std::int64_t skipped_triggers() const { return scheduler_.skipped(); }
 
   /// Pictures being made at a time; a frame beyond is left out.
@@ -53,8 +63,16 @@ class PictureChain {
     PictureReason reason = PictureReason::kEveryEpochs;
     core::MonoTime exposure;  ///< its middle
     core::MonoTime give_up;
+    core::MonoTime fired;
+    core::MonoTime stamp;     ///< the camera's own, of the start
+    bool wants_mark = false;  ///< and has none yet
+    core::Duration mark_window{};
   };
   void Fire(core::MonoTime now);
+  core::Duration MarkWindow() const;
+  void TakeMark(core::MonoTime now, Awaiting& wait);
+  void LearnFromMark(core::MonoTime now, const Awaiting& wait, core::MonoTime start);
+  bool WorthWaitingForMark(core::MonoTime now, const Awaiting& wait) const;
   bool IsCovered(core::MonoTime exposure) const;
   void SendPoses(core::MonoTime now);
   void SendPose(const Awaiting& wait, bool covered);
@@ -66,6 +84,8 @@ class PictureChain {
   CoreSink& out_;
   EpochScheduler scheduler_;
   FramePairing pairing_;
+  EventMarks marks_;
+  int leads_learnt_ = 0;
   core::Duration half_exposure_;
   std::uint32_t trigger_sequence_ = 0;
   std::int64_t epoch_ = 0;

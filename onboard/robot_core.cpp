@@ -117,6 +117,18 @@ void RobotCore::OnGpsFix(const core::GnssFix& fix) {
   pictures_.OnFix(fix);
 }
 
+/// Time tags name the time of the week only; which week is known once there are fixes.
+void RobotCore::OnTimeTag(const drivers::AshtechTimeTag& tag, core::MonoTime arrival) {
+  if (!timeline_.valid()) return;
+  const core::GpsTime time =
+      core::ResolveTimeOfWeek(tag.time_of_week, timeline_.ToGps(arrival).time);
+  if (tag.is_event) {
+    pictures_.OnMark(time);
+  } else {
+    timeline_.AddPulseLabel(time, arrival);
+  }
+}
+
 void RobotCore::OnAhrsSample(const core::AhrsSample& sample) {
   out_.OnAhrs(sample, GpsOf(sample.sampled));
   pictures_.OnAhrs(sample);

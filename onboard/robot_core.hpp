@@ -32,6 +32,7 @@ class RobotCore : private GpsListener, private AhrsListener {
 
  private:
   void OnGpsFix(const core::GnssFix& fix) override;
+  void OnTimeTag(const drivers::AshtechTimeTag& tag, core::MonoTime arrival) override;
   void OnAhrsSample(const core::AhrsSample& sample) override;
 
   core::GpsTime GpsOf(core::MonoTime mono) const;  ///< not set while there is no time line

@@ -113,6 +113,22 @@ void AddInstrumentOptions(CLI::App& app, InstrumentOptions& o, InstrumentTexts& 
       ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str()
       ->group("Camera");
+  app.add_flag("!--camera-nameless", o.camera.names_trigger,
+               "frames do not say which trigger made them, as cameras of the kernel's")
+      ->group("Camera");
+  app.add_option("--camera-stamp-late", o.camera.stamp_late_s,
+                 "its stamps lie so much after the start of the exposure, mean [s]")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group("Camera");
+  app.add_option("--camera-stamp-jitter", o.camera.stamp_jitter_s, "standard deviation of it [s]")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group("Camera");
+  app.add_flag("--camera-strobe", o.camera.signals_exposure,
+               "the receiver's event input is wired to the camera's sign that it exposes, not to "
+               "its trigger")
+      ->group("Camera");
 }
 
 void AddWorldOptions(CLI::App& app, SiteWorldOptions& o) {

@@ -28,7 +28,7 @@ CameraServer::CameraServer(std::filesystem::path socket, const SimClock& clock,
     : socket_path_(std::move(socket)),
       faults_(std::move(hooks.faults)),
       camera_(clock, std::move(pictures), options,
-              {std::move(hooks.trigger_pulse), std::move(hooks.exposed)}) {}
+              {std::move(hooks.signal), std::move(hooks.exposed)}) {}
 
 CameraServer::~CameraServer() {
   DropClient();

@@ -22,8 +22,8 @@ class CameraServer {
   using Faults = TriggeredCamera::Faults;
   using Exposure = TriggeredCamera::Exposure;
   struct Hooks {
-    std::function<Faults(core::MonoTime)> faults;       ///< what is wrong at this time
-    std::function<void(core::MonoTime)> trigger_pulse;  ///< the shutter line went active
+    std::function<Faults(core::MonoTime)> faults;  ///< what is wrong at this time
+    std::function<void(core::MonoTime)> signal;    ///< its signal line went active
     std::function<void(const Exposure&)> exposed;
   };
   struct Counters {

@@ -11,6 +11,8 @@ namespace {
 
 constexpr core::Duration kStaleTrigger = core::Milliseconds(100);
 constexpr core::Duration kLongestPeriod = core::Seconds(5);
+/// A contact that bounces, a line that rings: between the trigger and its second exposure.
+constexpr double kSoonestDouble_s = 0.005, kLatestDouble_s = 0.040;
 
 }  // namespace
 
@@ -29,11 +31,10 @@ std::vector<TriggeredCamera::Frame> TriggeredCamera::OnTrigger(std::uint32_t seq
   std::vector<Frame> out;
   ++counters_.triggers;
   pulse = std::min(pulse, now);
-  if (faults.miss || now - pulse > kStaleTrigger) {
+  if (Happens(faults.miss) || now - pulse > kStaleTrigger) {
     ++counters_.missed;
     return out;
   }
-  hooks_.trigger_pulse(pulse);
   period_ = last_trigger_.IsSet() ? pulse - last_trigger_ : core::Duration{};
   last_trigger_ = pulse;
   prepared_ = false;
@@ -41,8 +42,32 @@ std::vector<TriggeredCamera::Frame> TriggeredCamera::OnTrigger(std::uint32_t seq
   // the robot has had some time for this one, and early enough to be ready.
   prepare_at_ = pulse + (period_ < kLongestPeriod ? period_ / 4 : core::Duration{});
 
+  std::optional<Frame> frame = Expose(sequence, pulse, faults);
+  if (held_back_) out.push_back(*std::exchange(held_back_, std::nullopt));
+  if (frame && faults.late) {
+    held_back_ = std::move(frame);
+  } else if (frame) {
+    out.push_back(std::move(*frame));
+  }
+  if (!Happens(faults.doubled)) return out;
+  ++counters_.doubled;
+  const double bounce_s = kSoonestDouble_s + (kLatestDouble_s - kSoonestDouble_s) * dice_.Uniform();
+  frame = Expose(sequence, pulse + core::DurationFromSeconds(bounce_s), faults);
+  if (frame) out.push_back(std::move(*frame));
+  return out;
+}
+
+/// No chance is spent on what is certain, so that runs without such faults stay as they are.
+bool TriggeredCamera::Happens(double share) {
+  return share >= 1.0 || (share > 0.0 && dice_.Uniform() < share);
+}
+
+std::optional<TriggeredCamera::Frame> TriggeredCamera::Expose(std::uint32_t sequence,
+                                                              core::MonoTime pulse,
+                                                              const Faults& faults) {
   const double delay_s = options_.exposure_delay_s + options_.exposure_jitter_s * dice_.Normal();
   const core::MonoTime start = pulse + core::DurationFromSeconds(std::max(delay_s, 0.0));
+  hooks_.signal(options_.signals_exposure ? start : pulse);
   Exposure exposure{sequence, ++frame_sequence_, start, clock_.GpsAt(start)};
   core::Expected<Picture> picture =
       pictures_->Expose({.trigger_sequence = sequence, .exposure = exposure.gps});
@@ -52,27 +77,25 @@ std::vector<TriggeredCamera::Frame> TriggeredCamera::OnTrigger(std::uint32_t seq
     exposure.mono = clock_.MonoAt(picture->exposed);
   }
   hooks_.exposed(exposure);
-  if (held_back_) out.push_back(*std::exchange(held_back_, std::nullopt));
   if (!picture) {
     std::fprintf(stderr, "kawara-sim: %s\n", picture.error().message.c_str());
     ++counters_.spoiled;
-    return out;
+    return std::nullopt;
+  }
+  core::MonoTime stamp = exposure.mono + core::DurationFromSeconds(options_.stamp_late_s);
+  if (options_.stamp_jitter_s > 0.0) {
+    stamp += core::DurationFromSeconds(options_.stamp_jitter_s * dice_.Normal());
   }
   Frame frame;
   frame.header.sequence = exposure.frame_sequence;
-  frame.header.trigger_sequence = sequence;
-  frame.header.exposure_start_mono_ns = exposure.mono.ns();
+  frame.header.trigger_sequence = options_.names_trigger ? sequence : 0;
+  frame.header.exposure_start_mono_ns = stamp.ns();
   frame.header.width = picture->width;
   frame.header.height = picture->height;
   frame.header.payload_bytes = static_cast<std::uint32_t>(picture->jpeg.size());
   frame.picture = std::move(*picture);
   frame.ready = start + core::DurationFromSeconds(options_.readout_s);
-  if (faults.late) {
-    held_back_ = std::move(frame);
-  } else {
-    out.push_back(std::move(frame));
-  }
-  return out;
+  return frame;
 }
 
 void TriggeredCamera::Prepare(core::MonoTime now) {

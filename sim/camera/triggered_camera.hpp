@@ -16,18 +16,24 @@ namespace kawara::sim {
 struct CameraOptions {
   double exposure_delay_s = 0.0005;   ///< trigger pulse to start of exposure
   double exposure_jitter_s = 0.0001;  ///< standard deviation of it
-  double readout_s = 0.015;  ///< least time from start of exposure to the first byte of the frame
+  double readout_s = 0.015;   ///< least time from start of exposure to the first byte of the frame
+  bool names_trigger = true;  ///< false: as cameras of the kernel's, frames are numbered only
+  double stamp_late_s = 0.0;  ///< its stamps lie so much after the start of the exposure, mean
+  double stamp_jitter_s = 0.0;    ///< standard deviation of it
+  bool signals_exposure = false;  ///< its signal line tells of exposures, not of triggers
   std::uint64_t seed = 3;
 };
 
 /// The camera itself, without the wire it hangs on: each trigger makes one exposure of the pictures
 /// at that instant, and a frame that is ready a readout later. A trigger older than 100 ms when it
-/// is read makes no exposure (missed). Time is what the caller says. One thread.
+/// is read makes no exposure (missed). Its signal line (to a receiver's event input, say) is active
+/// at each trigger, or at each exposure. Time is what the caller says. One thread.
 class TriggeredCamera {
  public:
   struct Faults {
-    bool hang = false;  ///< the two about the wire are its owner's to obey
-    bool miss = false;
+    bool hang = false;     ///< the two about the wire are its owner's to obey
+    double miss = 0.0;     ///< share of triggers without an exposure
+    double doubled = 0.0;  ///< share with a second one soon after
     bool late = false;
     bool dark = false;
     bool disconnected = false;
@@ -39,7 +45,7 @@ class TriggeredCamera {
     core::GpsTime gps;
   };
   struct Hooks {
-    std::function<void(core::MonoTime)> trigger_pulse;  ///< the shutter line went active
+    std::function<void(core::MonoTime)> signal;  ///< its signal line went active
     std::function<void(const Exposure&)> exposed;
   };
   struct Frame {
@@ -50,6 +56,7 @@ class TriggeredCamera {
   struct Counters {
     std::uint64_t triggers = 0;
     std::uint64_t missed = 0;
+    std::uint64_t doubled = 0;
     std::uint64_t spoiled = 0;  ///< exposed, but there was no picture
   };
 
@@ -74,6 +81,9 @@ class TriggeredCamera {
   std::uint64_t made_late() const { return pictures_->made_late(); }
 
  private:
+  bool Happens(double share);
+  std::optional<Frame> Expose(std::uint32_t sequence, core::MonoTime pulse, const Faults& faults);
+
   const SimClock& clock_;
   std::unique_ptr<PictureSource> pictures_;
   CameraOptions options_;

@@ -32,6 +32,7 @@ constexpr auto kNames = std::to_array<std::pair<FaultKind, const char*>>({
     {FaultKind::kAhrsClockStep, "ahrs.clockstep"},
     {FaultKind::kCameraHang, "camera.hang"},
     {FaultKind::kCameraMiss, "camera.miss"},
+    {FaultKind::kCameraDouble, "camera.double"},
     {FaultKind::kCameraLate, "camera.late"},
     {FaultKind::kCameraDark, "camera.dark"},
     {FaultKind::kCameraDisconnect, "camera.disconnect"},
@@ -58,7 +59,9 @@ struct ValueRule {
   double least, most, usual;
   const char* meaning;
 };
-constexpr std::array<ValueRule, 4> kValueRules{{
+constexpr std::array<ValueRule, 6> kValueRules{{
+    {FaultKind::kCameraMiss, 0.0, 1.0, 1.0, "a share of 0 to 1"},
+    {FaultKind::kCameraDouble, 0.0, 1.0, 1.0, "a share of 0 to 1"},
     {FaultKind::kRadioLoss, 0.0, 1.0, 0.3, "a share of 0 to 1"},
     {FaultKind::kRadioBurst, 0.0, 0.99, 0.3, "a share of 0 to 0.99"},
     {FaultKind::kRadioRate, 100.0, 1e10, 64e3, "100 to 1e10 bits per second"},

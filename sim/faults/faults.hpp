@@ -28,7 +28,8 @@ enum class FaultKind {
   kAhrsStuck,
   kAhrsClockStep,     ///< its sample counter jumps by 16 ms, and back at the end
   kCameraHang,        ///< connected, but no frames and no answer
-  kCameraMiss,        ///< triggers are lost
+  kCameraMiss,        ///< value: share of triggers lost; all of them if nothing is said
+  kCameraDouble,      ///< value: share of triggers that make a second exposure soon after
   kCameraLate,        ///< frames come one trigger period late
   kCameraDark,        ///< frames are black
   kCameraDisconnect,  ///< the socket closes; nobody listens until the end of the fault

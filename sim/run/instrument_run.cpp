@@ -58,7 +58,7 @@ class CameraThread {
                              std::unique_ptr<PictureSource> pictures, InstrumentSet& instruments) {
     CameraServer::Hooks hooks;
     hooks.faults = [&instruments](core::MonoTime /*now*/) { return instruments.camera_faults(); };
-    hooks.trigger_pulse = [&instruments](core::MonoTime t) { instruments.OnTriggerPulse(t); };
+    hooks.signal = [&instruments](core::MonoTime t) { instruments.OnCameraSignal(t); };
     hooks.exposed = [&instruments](const CameraServer::Exposure& e) { instruments.OnExposure(e); };
     server_ = std::make_unique<CameraServer>(options.run_dir / "camera.sock", clock,
                                              std::move(pictures), options.camera, std::move(hooks));

@@ -17,10 +17,6 @@ constexpr std::array<ScannerFaults, 2> kScannerFaults{
      {FaultKind::kLaser2Unplug, FaultKind::kLaser2Silent, FaultKind::kLaser2Garbage,
       FaultKind::kLaser2Stuck, FaultKind::kLaser2Power}}};
 
-constexpr std::array<FaultKind, 5> kCameraFaults{FaultKind::kCameraHang, FaultKind::kCameraMiss,
-                                                 FaultKind::kCameraLate, FaultKind::kCameraDark,
-                                                 FaultKind::kCameraDisconnect};
-
 }  // namespace
 
 /// A laser scanner and its cable.
@@ -77,11 +73,16 @@ void InstrumentSet::SetFaults(core::MonoTime now) {
   for (std::size_t i = 0; i < std::min(scanners_.size(), kScannerFaults.size()); ++i) {
     scanners_[i]->instrument.SetPower(now, !Active(kScannerFaults[i].power, now));
   }
-  std::uint32_t bits = 0;
-  for (std::size_t i = 0; i < kCameraFaults.size(); ++i) {
-    if (Active(kCameraFaults[i], now)) bits |= 1U << i;
-  }
-  camera_faults_.store(bits, std::memory_order_relaxed);
+  const auto share = [this, now](FaultKind kind) {
+    return faults_.Value(kind, now - begin_).value_or(0.0);
+  };
+  const std::lock_guard lock(camera_faults_mutex_);
+  camera_faults_ = {.hang = Active(FaultKind::kCameraHang, now),
+                    .miss = share(FaultKind::kCameraMiss),
+                    .doubled = share(FaultKind::kCameraDouble),
+                    .late = Active(FaultKind::kCameraLate, now),
+                    .dark = Active(FaultKind::kCameraDark, now),
+                    .disconnected = Active(FaultKind::kCameraDisconnect, now)};
 }
 
 core::Expected<void> InstrumentSet::ServiceLines(core::MonoTime now) {
@@ -163,9 +164,8 @@ void InstrumentSet::Take(core::MonoTime now, const FaultOrder& order) {
 }
 
 TriggeredCamera::Faults InstrumentSet::camera_faults() const {
-  const std::uint32_t bits = camera_faults_.load(std::memory_order_relaxed);
-  const auto on = [bits](unsigned i) { return (bits >> i & 1U) != 0; };
-  return {.hang = on(0), .miss = on(1), .late = on(2), .dark = on(3), .disconnected = on(4)};
+  const std::lock_guard lock(camera_faults_mutex_);
+  return camera_faults_;
 }
 
 void InstrumentSet::OnExposure(const TriggeredCamera::Exposure& exposure) {

@@ -1,5 +1,4 @@
 #pragma once
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -79,8 +78,8 @@ class InstrumentSet {
 
   /// The three for the camera. Any thread: what is wrong with it, as of the last Service().
   TriggeredCamera::Faults camera_faults() const;
-  /// Any thread: its trigger is wired to the receiver's event input, too.
-  void OnTriggerPulse(core::MonoTime pulse) { gps_.AddEvent(pulse); }
+  /// Any thread: its signal line is wired to the receiver's event input.
+  void OnCameraSignal(core::MonoTime pulse) { gps_.AddEvent(pulse); }
   /// Any thread: an exposure for the truth; written down by the next Service().
   void OnExposure(const TriggeredCamera::Exposure& exposure);
 
@@ -124,7 +123,8 @@ class InstrumentSet {
   std::vector<std::unique_ptr<Scanner>> scanners_;
   std::size_t next_true_fix_ = 0;
 
-  std::atomic<std::uint32_t> camera_faults_{0};  ///< bits in the order of TriggeredCamera::Faults
+  mutable std::mutex camera_faults_mutex_;
+  TriggeredCamera::Faults camera_faults_;
   std::mutex exposures_mutex_;
   std::vector<TriggeredCamera::Exposure> exposures_;
 };

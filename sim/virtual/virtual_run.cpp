@@ -122,7 +122,7 @@ class Coupling {
     return ports;
   }
   TriggeredCamera::Hooks CameraHooks() {
-    return {[this](core::MonoTime pulse) { instruments_.OnTriggerPulse(pulse); },
+    return {[this](core::MonoTime pulse) { instruments_.OnCameraSignal(pulse); },
             [this](const TriggeredCamera::Exposure& e) { instruments_.OnExposure(e); }};
   }
 

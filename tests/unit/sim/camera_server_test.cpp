@@ -45,12 +45,13 @@ class CameraPair : public ::testing::Test {
     CameraServer::Hooks hooks;
     hooks.faults = [this](core::MonoTime /*t*/) {
       return CameraServer::Faults{.hang = hang_,
-                                  .miss = miss_,
+                                  .miss = miss_ ? 1.0 : 0.0,
+                                  .doubled = 0.0,
                                   .late = late_,
                                   .dark = dark_,
                                   .disconnected = disconnected_};
     };
-    hooks.trigger_pulse = [this](core::MonoTime /*t*/) { ++pulses_; };
+    hooks.signal = [this](core::MonoTime /*t*/) { ++pulses_; };
     hooks.exposed = [this](const CameraServer::Exposure& e) {
       const std::lock_guard lock(mutex_);
       exposures_.push_back(e);
