@@ -92,8 +92,8 @@ void CoreCounters::Set(const PictureChain& pictures) {
   marked_.Set(pictures.marks().used);
   mark_missing_.Set(pictures.marks().missing);
   mark_stray_.Set(pictures.marks().stray);
-  lead_.Set(pictures.stats().measured_lead.count() / 1000);
-  stamp_error_.Set(pictures.stats().stamp_error.count() / 1000);
+  lead_.Set(pictures.shutter().lead().mean.count() / 1000);
+  stamp_error_.Set(pictures.shutter().stamp().mean.count() / 1000);
   pictures_.Set(pictures.stats().pictures);
   busy_.Set(pictures.stats().skipped_busy);
   blind_.Set(pictures.stats().blind_poses);

@@ -15,7 +15,7 @@ struct ScheduleConfig {
   int every_epochs = 4;  ///< a picture every so many GNSS epochs; 0 = off
   double every_m = 0.0;  ///< and whenever the robot has gone so far [m]; 0 = off
   double trigger_lead_s =
-      0.0;  ///< from Trigger() to the start of exposure: fires this much earlier
+      0.0;  ///< from Trigger() to the start of exposure: fires this much earlier (< 0: later)
   double free_run_period_s = 1.0;  ///< while there is no GPS time at all
   double free_run_after_s = 5.0;   ///< ... for so long
 };

@@ -15,8 +15,7 @@ constexpr core::Duration kSameEpoch = core::Milliseconds(30);
 /// A mark leaves the receiver within so much of its pulse (Z-Family manual p.200: at once; the port
 /// may be busy with an epoch's sentences).
 constexpr core::Duration kMarkPatience = core::Milliseconds(200);
-/// The lead is believed after so many marks, and worth a word if it is off by more than that.
-constexpr int kLeadsToLearn = 16;
+/// The configured lead is worth a word if it is off by more than that.
 constexpr core::Duration kLeadTolerance = core::Milliseconds(2);
 
 /// Stamps of frames scatter by so much.
@@ -147,25 +146,33 @@ void PictureChain::TakeMark(core::MonoTime now, Awaiting& wait) {
   const core::MonoTime seen = timeline_.ToMono(*mark).time;
   const core::MonoTime start = of_trigger ? seen + lead : seen;
   wait.exposure = start + half_exposure_;
-  LearnFromMark(now, wait, start);
+  shutter_.Learn(wait.fired, wait.stamp, start);
+  if (shutter_.seen() == ShutterModel::kEnough) TellOfLead(now);
 }
 
-void PictureChain::LearnFromMark(core::MonoTime now, const Awaiting& wait, core::MonoTime start) {
-  const auto smooth = [this](core::Duration& value, core::Duration seen) {
-    value = leads_learnt_ == 0 ? seen : value + (seen - value) / kLeadsToLearn;
-  };
-  smooth(stats_.stamp_error, wait.stamp - start);
-  smooth(stats_.measured_lead, start - wait.fired);
-  if (leads_learnt_ > kLeadsToLearn || ++leads_learnt_ != kLeadsToLearn) return;
-  const core::Duration configured = core::DurationFromSeconds(camera_.trigger_lead_s);
+/// Once, when the camera is known.
+void PictureChain::TellOfLead(core::MonoTime now) {
   const bool measurable = camera_.event_mark == "exposure" && !camera_.RunsFreely();
-  if (!measurable || std::chrono::abs(stats_.measured_lead - configured) < kLeadTolerance) return;
+  const core::Duration lead = shutter_.lead().mean;
+  const core::Duration off = lead - core::DurationFromSeconds(camera_.trigger_lead_s);
+  if (!measurable || std::chrono::abs(off) < kLeadTolerance) return;
   core::EventText text("exposures start ");
-  text.Append(core::ToSeconds(stats_.measured_lead) * 1e3, 1)
+  text.Append(core::ToSeconds(lead) * 1e3, 1)
       .Append(" ms after the trigger: with camera.trigger_lead_s: ")
-      .Append(core::ToSeconds(stats_.measured_lead), 4)
+      .Append(core::ToSeconds(lead), 4)
       .Append(" they would lie on the receiver's epochs");
   events_.WarnLow(now, "camera.lead", text);
+}
+
+void PictureChain::DoWithoutMark(core::MonoTime now, Awaiting& wait) {
+  if (!wait.wants_mark || !timeline_.valid()) return;
+  if (const auto start = shutter_.StartOf(wait.fired, wait.stamp)) {
+    wait.exposure = *start + half_exposure_;
+  }
+  if (!marks_.Miss()) return;
+  events_.WarnHigh(now, "camera.no_mark",
+                   "the receiver's event input sees no shutter (wire, edge, option E of the "
+                   "receiver?): pictures are dated without it");
 }
 
 bool PictureChain::WorthWaitingForMark(core::MonoTime now, const Awaiting& wait) const {
@@ -188,11 +195,7 @@ void PictureChain::SendPoses(core::MonoTime now) {
     const bool covered = IsCovered(wait.exposure);
     if (!covered && now < wait.give_up) continue;
     if (WorthWaitingForMark(now, wait)) continue;
-    if (wait.wants_mark && timeline_.valid() && marks_.Miss()) {
-      events_.WarnHigh(now, "camera.no_mark",
-                       "the receiver's event input sees no shutter (wire, edge, option E of the "
-                       "receiver?): the camera's own stamps are taken");
-    }
+    DoWithoutMark(now, wait);
     SendPose(wait, covered);
     wait.active = false;
   }

@@ -11,6 +11,7 @@
 #include "onboard/fix_patience.hpp"
 #include "onboard/frame_pairing.hpp"
 #include "onboard/navigation_chain.hpp"
+#include "onboard/shutter_model.hpp"
 
 namespace kawara::onboard {
 
@@ -26,10 +27,6 @@ class PictureChain {
     std::int64_t pictures = 0;      ///< frames that became a picture order
     std::int64_t skipped_busy = 0;  ///< frames left out because earlier pictures are not done
     std::int64_t blind_poses = 0;   ///< poses sent without measurements after the exposure
-    /// From the receiver's marks, smoothed: trigger to start of exposure, and how much later than
-    /// that start the camera's own stamp lies. 0: not measured.
-    core::Duration measured_lead{};
-    core::Duration stamp_error{};
   };
 
   PictureChain(const CameraConfig& camera, const ScheduleConfig& schedule,
@@ -51,6 +48,7 @@ class PictureChain {
   const Stats& stats() const { return stats_; }
   const FramePairing::Stats& pairing() const { return pairing_.stats(); }
   const EventMarks::Stats& marks() const { return marks_.stats(); }
+  const ShutterModel& shutter() const { return shutter_; }
   std::int64_t skipped_triggers() const { return scheduler_.skipped(); }
 
   /// Pictures being made at a time; a frame beyond is left out.
@@ -71,7 +69,8 @@ class PictureChain {
   void Fire(core::MonoTime now);
   core::Duration MarkWindow() const;
   void TakeMark(core::MonoTime now, Awaiting& wait);
-  void LearnFromMark(core::MonoTime now, const Awaiting& wait, core::MonoTime start);
+  void TellOfLead(core::MonoTime now);
+  void DoWithoutMark(core::MonoTime now, Awaiting& wait);
   bool WorthWaitingForMark(core::MonoTime now, const Awaiting& wait) const;
   bool IsCovered(core::MonoTime exposure) const;
   void SendPoses(core::MonoTime now);
@@ -85,7 +84,7 @@ class PictureChain {
   EpochScheduler scheduler_;
   FramePairing pairing_;
   EventMarks marks_;
-  int leads_learnt_ = 0;
+  ShutterModel shutter_;
   core::Duration half_exposure_;
   std::uint32_t trigger_sequence_ = 0;
   std::int64_t epoch_ = 0;

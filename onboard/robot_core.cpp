@@ -26,8 +26,13 @@ drivers::CorrectionForwarderConfig ForwarderConfig(const OnboardConfig& config) 
   return forwarder;
 }
 
+/// The receiver tells of only one event between two epochs: exposures that scatter about the epochs
+/// themselves would lose some, so they begin a little after.
+constexpr double kAfterEpoch_s = 0.002;
+
 ScheduleConfig WithLead(ScheduleConfig schedule, const CameraConfig& camera) {
   schedule.trigger_lead_s = camera.trigger_lead_s;
+  if (camera.event_mark != "none") schedule.trigger_lead_s -= kAfterEpoch_s;
   return schedule;
 }
 
