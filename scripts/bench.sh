@@ -16,7 +16,7 @@ run_bench() {
         # shellcheck disable=SC2046
         build release $(sed -n 's/^# programs: //p' "$source")
         echo "== $folder/$name"
-        KAWARA_BIN=build/release/bin PYTHONPATH=tests/support /usr/bin/python3 -B "$source" --json "out/bench/$name.json"
+        in_netns env KAWARA_BIN=build/release/bin PYTHONPATH=tests/support /usr/bin/python3 -B "$source" --json "out/bench/$name.json"
         ran=$((ran + 1))
         continue
       fi

@@ -3,7 +3,8 @@
 # cameras of the kernel's test driver vivid (/dev/video0 with an output beside it, and a multi-planar one), a parallel
 # port whose interrupt line is an input for pulses per second (/dev/pps0), a second serial port (/dev/ttyS1), a GPIO chip
 # (the driver of an I/O card on a SCSI card, whose memory takes the place of the registers and may be looked at:
-# iomem=relaxed), a loopback network. The program is the one
+# iomem=relaxed), a USB serial adapter (/dev/ttyUSB0) whose other end is /dev/ttyS2 and which is pulled and plugged by
+# orders to QEMU through /dev/ttyS3, a loopback network. The program is the one
 # built here with this machine's libraries: /usr and the source tree are mounted read-only at the same places. Nothing
 # is installed and no module is loaded outside.
 #
@@ -25,12 +26,12 @@ impossible() {
   echo "machine.sh: $*" >&2
   exit 126
 }
-for pair in qemu-system-x86_64:qemu-system-x86 busybox:busybox-static depmod:kmod cpio:cpio; do
+for pair in python3:python3 qemu-system-x86_64:qemu-system-x86 busybox:busybox-static depmod:kmod cpio:cpio; do
   command -v "${pair%%:*}" >/dev/null || impossible "${pair%%:*} is missing (Debian package ${pair#*:})"
 done
 
 # The kernel: of Debian's newest package the image and what this machine needs of its modules.
-modules='9p 9pnet_virtio virtio_pci vivid parport_pc pps_parport gpio-pci-idio-16'
+modules='9p 9pnet_virtio virtio_pci vivid parport_pc pps_parport gpio-pci-idio-16 xhci_pci ftdi_sio'
 vivid_options='n_devs=2 node_types=0x101,0x1 multiplanar=1,2'
 parport_options='io=0x378 irq=7'
 make_kernel() { # folder
@@ -41,7 +42,7 @@ make_kernel() { # folder
     impossible "$package cannot be downloaded (no network?)"
   dpkg-deb --fsys-tarfile "$work"/*.deb | tar -x -C "$work" --wildcards './boot/vmlinuz-*' './lib/modules/*/modules.*' \
     '*/kernel/drivers/media/*' '*/kernel/drivers/virtio/*' '*/kernel/fs/9p/*' '*/kernel/fs/netfs/*' \
-    '*/kernel/fs/fscache/*' '*/kernel/net/9p/*' '*/kernel/drivers/video/*' '*/kernel/drivers/parport/*' '*/kernel/drivers/pps/*' '*/kernel/drivers/gpio/*'
+    '*/kernel/fs/fscache/*' '*/kernel/net/9p/*' '*/kernel/drivers/video/*' '*/kernel/drivers/parport/*' '*/kernel/drivers/pps/*' '*/kernel/drivers/gpio/*' '*/kernel/drivers/usb/*'
   version=$(ls "$work/lib/modules")
   depmod -b "$work" "$version" 2>/dev/null
   mkdir -p "$work"/initrd/{bin,modules,proc,sys,dev}
@@ -87,7 +88,8 @@ flock -u 9
 exec 9>&-
 
 job=$(mktemp -d "${TMPDIR:-/tmp}/kawara-vm.XXXXXX")
-trap 'rm -rf "$job"' EXIT
+cable=
+trap '[ -z "$cable" ] || kill "$cable" 2>/dev/null; rm -rf "$job"' EXIT
 mkdir "$job/etc"
 cp -a /etc/ld.so.cache /etc/alternatives "$job/etc/"
 echo "s0 $tree" >"$job/shares"
@@ -104,11 +106,21 @@ share() { # tag folder options
 arguments=(-nodefaults -no-user-config -display none -no-reboot -nic none -M q35 -cpu max -smp 2 -m 1024
   -accel "${KAWARA_VM_ACCEL:-tcg,thread=multi}" -kernel "$kernel/vmlinuz" -initrd "$kernel/initrd.gz"
   -chardev null,id=lpt -device isa-parallel,chardev=lpt -chardev null,id=com2 -serial chardev:com2
-  -device lsi53c895a
+  -device lsi53c895a -device qemu-xhci
+  -chardev "socket,id=adapter,path=$job/adapter" -device usb-serial,id=adapter,chardev=adapter
+  -chardev "socket,id=orders,path=$job/orders,server=on,wait=off" -mon chardev=orders,mode=readline
+  -chardev "socket,id=far,path=$job/far" -chardev "socket,id=hand,path=$job/orders"
+  -device pci-serial-2x,chardev1=far,chardev2=hand
   -append 'console=ttyS0 quiet panic=-1 iomem=relaxed' -chardev "file,id=console,path=$job/console" -serial chardev:console)
 share usr /usr ,readonly=on
 share job "$job" ''
 share s0 "$tree" ,readonly=on
+/usr/bin/python3 -B "$here/null_modem.py" "$job/adapter" "$job/far" >"$job/cable" &
+cable=$!
+for _ in $(seq 100); do
+  [ ! -s "$job/cable" ] || break
+  sleep 0.1
+done
 status=0
 timeout -k 5 "$limit" qemu-system-x86_64 "${arguments[@]}" </dev/null || status=$?
 [ ! -f "$job/output" ] || cat "$job/output"

@@ -1,35 +1,17 @@
 // kawara-camera and kawara-onboard as a user starts them, on the kernel's test camera.
-#include <cstdio>
 #include <filesystem>
 #include <regex>
 
+#include "tests/vm/command.hpp"
 #include "tests/vm/vivid.hpp"
 
 namespace kawara::drivers {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Answer {
-  int status = -1;
-  std::string text;  ///< standard output and error
-};
-
-Answer Command(const std::string& command_line) {
-  const std::string programs = fs::canonical("/proc/self/exe").parent_path().string();
-  Answer answer;
-  FILE* const pipe = popen((programs + "/" + command_line + " 2>&1").c_str(), "r");
-  if (pipe == nullptr) return answer;
-  char line[4096];
-  while (std::fgets(line, sizeof line, pipe) != nullptr) answer.text += line;
-  const int status = pclose(pipe);
-  answer.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return answer;
-}
-
-bool Has(const Answer& answer, const std::string& part) {
-  return answer.text.find(part) != std::string::npos;
-}
+using vm::Answer;
+using vm::Command;
+using vm::Has;
 
 TEST(KawaraCamera, ListsWhatIsThere) {
   const Answer list = Command("kawara-camera list");
