@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <numeric>
 #include <optional>
 #include <sstream>
@@ -40,8 +41,8 @@ SerialConfig Line(const std::string& device) {
   return config;
 }
 
-bool WaitUntil(const std::function<bool()>& condition) {
-  const core::MonoTime deadline = core::MonoNow() + kLong;
+bool WaitUntil(const std::function<bool()>& condition, core::Duration patience = kLong) {
+  const core::MonoTime deadline = core::MonoNow() + patience;
   while (core::MonoNow() < deadline) {
     if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -61,18 +62,30 @@ class UsbSerial : public ::testing::Test {
   void TearDown() override {
     if (!fs::exists(kAdapter)) Plug();
   }
+  /// QEMU takes what it said itself for the beginning of an order if it was echoed before the port
+  /// became a raw one: a carriage return ends that.
   static void Tell(const std::string& order) {
     auto orders = SerialPort::Open(Line(kOrders));
     ASSERT_TRUE(orders) << orders.error().message;
-    const std::string line = order + "\r";
-    ASSERT_EQ(orders->Write({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()})
-                  .value_or(0),
-              line.size());
+    const std::string line = "\r" + order + "\r";
+    WriteAll(*orders, {reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
     std::this_thread::sleep_for(
-        std::chrono::milliseconds(200));  // it leaves before the port closes
+        std::chrono::milliseconds(300));  // it leaves before the port closes
   }
-  static void Pull() { Tell("device_del adapter"); }
-  static void Plug() { Tell("device_add usb-serial,id=adapter,chardev=adapter"); }
+  static bool Listed() {
+    std::ifstream devices("/proc/tty/driver/usbserial");
+    const std::string text(std::istreambuf_iterator<char>(devices), {});
+    return text.find("module:ftdi_sio") != std::string::npos;
+  }
+  static void Make(bool plugged, const std::string& order) {
+    for (int k = 0; k < 5 && Listed() != plugged; ++k) {
+      Tell(order);
+      WaitUntil([&] { return Listed() == plugged; }, core::Seconds(5));
+    }
+    ASSERT_EQ(Listed(), plugged) << order;
+  }
+  static void Pull() { Make(false, "device_del adapter"); }
+  static void Plug() { Make(true, "device_add usb-serial,id=adapter,chardev=adapter"); }
   /// Everything, in as many pieces as the driver takes.
   static void WriteAll(SerialPort& port, std::span<const std::uint8_t> bytes) {
     const core::MonoTime deadline = core::MonoNow() + kLong;
