@@ -55,35 +55,36 @@ double SquaredOffPlane(const Eigen::Vector3d& p, const std::vector<Upright>& upr
 ShiftFound SearchShift(const std::vector<Eigen::Vector3d>& points, const ReferenceMap& reference,
                        const ShiftSearchOptions& options) {
   ShiftFound found;
+  struct Tried {
+    Eigen::Vector3d shift_m;
+    double nats;
+  };
+  std::vector<Tried> all{{Eigen::Vector3d::Zero(), 0.0}};
   const int steps = static_cast<int>(std::lround(options.reach_m / options.step_m));
-  const int side = 2 * steps + 1;
-  std::vector<double> nats(static_cast<std::size_t>(side * side), 0.0);
+  for (int north = -steps; north <= steps; ++north)
+    for (int east = -steps; east <= steps; ++east)
+      if (east != 0 || north != 0)
+        all.push_back({options.step_m * Eigen::Vector3d(east, north, 0.0), 0.0});
   const double per_m2 = 0.5 / (options.scale_m * options.scale_m);
   for (const Eigen::Vector3d& p : points) {
     const auto uprights = UprightsAbout(p, reference, options.reach_m + ReferenceMap::kVoxel / 2);
     if (uprights.empty()) continue;
     ++found.surfaces;
-    for (int i = 0; i < side * side; ++i) {
-      const Eigen::Vector3d shift((i % side - steps) * options.step_m,
-                                  (i / side - steps) * options.step_m, 0.0);
-      const double off_m2 = SquaredOffPlane(p + shift, uprights);
-      if (per_m2 * off_m2 < 20.0)
-        nats[static_cast<std::size_t>(i)] += std::log1p(options.odds * std::exp(-per_m2 * off_m2));
+    for (Tried& tried : all) {
+      const double exponent = per_m2 * SquaredOffPlane(p + tried.shift_m, uprights);
+      if (exponent < 20.0) tried.nats += std::log1p(options.odds * std::exp(-exponent));
     }
   }
-  const auto at = [&](int i) {
-    return Eigen::Vector2d((i % side - steps) * options.step_m,
-                           (i / side - steps) * options.step_m);
-  };
-  found.nats = found.nats_without = nats[static_cast<std::size_t>(steps * side + steps)];
-  for (int i = 0; i < side * side; ++i) {
-    const double here = nats[static_cast<std::size_t>(i)];
-    // Of equals, as along a straight wall, the smallest.
-    const bool better = here > found.nats + 1e-9;
-    const bool as_good = here > found.nats - 1e-9 && at(i).norm() < found.shift_m.norm();
-    if (!better && !as_good) continue;
-    found.nats = here;
-    found.shift_m = at(i);
+  // Of equals, as along a straight wall, the smallest.
+  constexpr double kEqual = 1e-9;
+  found.nats = found.nats_without = all.front().nats;
+  for (const Tried& tried : all) {
+    const bool better = tried.nats > found.nats + kEqual;
+    const bool as_good = tried.nats > found.nats - kEqual;
+    const bool smaller = tried.shift_m.norm() < found.shift_m.norm();
+    if (!better && !(as_good && smaller)) continue;
+    found.nats = tried.nats;
+    found.shift_m = tried.shift_m.head<2>();
   }
   return found;
 }
