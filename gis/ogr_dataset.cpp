@@ -166,6 +166,16 @@ core::Expected<void> OgrDataset::CreateLayer(const LayerSchema& schema) {
   return {};
 }
 
+core::Expected<void> OgrDataset::AddField(OGRLayer& layer, const Field& field) {
+  const GdalErrorCatcher errors;
+  OGRFieldDefn definition(field.name, OgrType(field.type));
+  if (field.type == FieldType::kFlag) definition.SetSubType(OFSTBoolean);
+  if (layer.CreateField(&definition) != OGRERR_NONE || errors.failed())
+    return tl::unexpected(
+        Classify(std::string("add ") + field.name + " to " + layer.GetName(), errors.message()));
+  return {};
+}
+
 core::Expected<void> OgrDataset::Begin() {
   const GdalErrorCatcher errors;
   if (dataset_->StartTransaction(FALSE) != OGRERR_NONE)

@@ -34,6 +34,8 @@ class OgrDataset {
   OGRLayer* Layer(const std::string& name);  ///< null: there is none
   /// Table, geometry column, spatial index; the schema's other indexes are made by store_schema.
   core::Expected<void> CreateLayer(const LayerSchema& schema);
+  /// To a layer that has rows, which hold NULL there, whatever the field requires.
+  core::Expected<void> AddField(OGRLayer& layer, const Field& field);
 
   core::Expected<void> Begin();
   core::Expected<void> Commit();

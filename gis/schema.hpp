@@ -17,6 +17,8 @@ struct Field {
   const char* name;
   FieldType type;
   bool required;  ///< NOT NULL
+  /// Came with a later version: a store without it is given it, NULL in the rows it has.
+  bool later = false;
 };
 
 enum class GeometryKind {

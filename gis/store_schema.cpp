@@ -43,6 +43,16 @@ struct StoreLayers {
 constexpr LayerSchema kStyles{
     kStyleTable, "QGIS layer styles", GeometryKind::kNone, kStyleFields, "id", "", "", "id"};
 
+/// What has come since the store was made; its rows do not know it.
+core::Expected<void> AddLaterFields(OgrDataset& dataset, OGRLayer& layer,
+                                    const LayerSchema& schema) {
+  for (const Field& field : schema.fields) {
+    if (!field.later || layer.GetLayerDefn()->GetFieldIndex(field.name) >= 0) continue;
+    if (auto added = dataset.AddField(layer, field); !added) return added;
+  }
+  return {};
+}
+
 core::Expected<void> CheckShape(OGRLayer& layer, const LayerSchema& schema) {
   for (const Field& field : schema.fields) {
     if (layer.GetLayerDefn()->GetFieldIndex(field.name) < 0)
@@ -115,7 +125,13 @@ core::Expected<void> EnsureSchema(OgrDataset& dataset, const StoreLayers& store)
   if (auto same = CheckShape(*styles, kStyles); !same) styles = nullptr;  // somebody else's table
   for (const LayerSchema& schema : store.layers) {
     OGRLayer* layer = dataset.Layer(schema.name);
-    auto done = layer == nullptr ? dataset.CreateLayer(schema) : CheckShape(*layer, schema);
+    core::Expected<void> done;
+    if (layer == nullptr) {
+      done = dataset.CreateLayer(schema);
+    } else {
+      done = AddLaterFields(dataset, *layer, schema);
+      if (done) done = CheckShape(*layer, schema);
+    }
     if (done) done = AddIndexes(dataset, schema);
     if (done && styles != nullptr)
       done = AddStyle(dataset, *styles, schema, store.style(schema.name));

@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "core/geodesy.hpp"
 
 namespace kawara::gis {
@@ -35,5 +37,15 @@ struct MapFrame {
   /// Japan). Added to every height, unless the file states ellipsoidal heights or local metres.
   double geoid_separation_m = 0.0;
 };
+
+/// For people; empty: nothing is wrong. Heights above sea level that nothing lifts lie tens of
+/// metres off those of a GNSS receiver.
+inline std::string WarnOfHeights(const std::string& file, HeightDatum heights,
+                                 double geoid_separation_m) {
+  if (heights != HeightDatum::kSeaLevel || geoid_separation_m != 0.0) return {};
+  return file +
+         ": its heights are above sea level and are taken as if above the ellipsoid; give "
+         "--geoid-separation METRES (35 to 40 in most of Japan)";
+}
 
 }  // namespace kawara::gis

@@ -74,13 +74,25 @@ constexpr auto kMetaFields = std::to_array<Field>({
 });
 
 constexpr auto kTextureFields = std::to_array<Field>({
-    {"object_uid", kText, true},   {"revision", kInteger, true},  {"face", kText, true},
+    {"object_uid", kText, true},
+    {"revision", kInteger, true},
+    {"face", kText, true},
     {"uri", kText, true},  // relative to the folder of the store
-    {"width_px", kInteger, true},  {"height_px", kInteger, true}, {"corner0_x_px", kReal, true},
-    {"corner0_y_px", kReal, true}, {"corner1_x_px", kReal, true}, {"corner1_y_px", kReal, true},
-    {"corner2_x_px", kReal, true}, {"corner2_y_px", kReal, true}, {"corner3_x_px", kReal, true},
-    {"corner3_y_px", kReal, true}, {"source", kText, false},      {"taken", kTime, false},
-    {"seen_share", kReal, true},   {"t_begin", kTime, true},      {"t_end", kTime, false},
+    {"width_px", kInteger, true},
+    {"height_px", kInteger, true},
+    {"corner0_x_px", kReal, true},
+    {"corner0_y_px", kReal, true},
+    {"corner1_x_px", kReal, true},
+    {"corner1_y_px", kReal, true},
+    {"corner2_x_px", kReal, true},
+    {"corner2_y_px", kReal, true},
+    {"corner3_x_px", kReal, true},
+    {"corner3_y_px", kReal, true},
+    {"source", kText, false},
+    {"taken", kTime, false},
+    {"seen_share", kReal, true, true},  // of the side that pictures show
+    {"t_begin", kTime, true},
+    {"t_end", kTime, false},
 });
 
 /// One list after the other.

@@ -93,6 +93,10 @@ core::Expected<ChangeInput> OfClouds(const ChangeRunOptions& options,
     });
     if (!read) return tl::unexpected(read.error());
     if (!voted) return tl::unexpected(voted.error());
+    if (const std::string warning =
+            gis::WarnOfHeights(file.string(), read->heights, options.geoid_separation_m);
+        options.say && !warning.empty())
+      options.say(warning);
     input.points += read->delivered;
   }
   return input;

@@ -127,7 +127,11 @@ core::Expected<ChangeRunResult> RunChanges(const ChangeRunOptions& options) {
     auto alignment = vision::AlignReference(input->map, *place, finder.change.rule, {});
     if (!alignment) return tl::unexpected(alignment.error());
     result.alignment = *alignment;
+    finder.width.fit_covariance_m2 = alignment->plane_covariance_m2;
     if (alignment->surfaces > 0) SayAlignment(options, *alignment);
+    if (const std::string unchecked = vision::Unchecked(*alignment);
+        options.say && !unchecked.empty())
+      options.say(unchecked);
   }
   const vision::Findings findings =
       vision::FindChanges(input->map, *place, result.alignment.reference_from_map, finder);

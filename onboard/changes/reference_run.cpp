@@ -32,6 +32,13 @@ gis::MapFrame FrameOf(const ReferenceOptions& options, const vision::ReferenceMa
   return frame;
 }
 
+void WarnOfHeights(const ReferenceOptions& options, const std::filesystem::path& file,
+                   gis::HeightDatum heights) {
+  const std::string warning =
+      gis::WarnOfHeights(file.string(), heights, options.geoid_separation_m);
+  if (options.say && !warning.empty()) options.say(warning);
+}
+
 /// Files that do not say where they lie are in metres of the map: reads so, then the other way.
 template <class Read>
 auto ReadEither(const ReferenceOptions& options, const vision::ReferenceMap& reference,
@@ -113,6 +120,7 @@ core::Expected<void> AddClouds(const ReferenceOptions& options, vision::Referenc
       });
     });
     if (!read) return tl::unexpected(read.error());
+    WarnOfHeights(options, cloud, read->heights);
     points += read->delivered;
   }
   return {};
@@ -132,6 +140,7 @@ core::Expected<void> AddBuildings(const ReferenceOptions& options,
       return gis::ReadBuildings(file.string(), frame, reading);
     });
     if (!city) return tl::unexpected(city.error());
+    WarnOfHeights(options, file, city->heights);
     for (const gis::CityBuilding& building : city->buildings) {
       const double sd = options.building_sd_m > 0.0 ? options.building_sd_m : building.sigma_m;
       const core::UtcTime date = building.date.value_or(options.date);
@@ -186,6 +195,7 @@ core::Expected<void> AddGround(const ReferenceOptions& options, vision::Referenc
         return gis::GroundRaster::Read(options.ground.string(), frame, reading);
       });
   if (!heights) return tl::unexpected(heights.error());
+  WarnOfHeights(options, options.ground, heights->heights());
   reference.sources.push_back(
       {options.ground.filename().string(), "raster", options.date, options.ground_sd_m});
   reference.ground = vision::GroundField(kGroundCell);

@@ -72,6 +72,24 @@ def write_ground(path):
 TRUCK, CAR = (6.0, 2.6, 7.0, 2.2, 3.0), (-8.0, 2.9, 4.4, 1.7, 1.5)
 
 
+def write_jgd(ground, road):
+    """The same ground and road in JGD2011 degrees, heights above sea level (EPSG:6697)."""
+    from osgeo import gdal, osr
+    gdal.UseExceptions()
+    lat, lon = 35.3606, 139.5310
+    north, east = 1 / 110950.0, 1 / 90910.0  # degrees a metre, there
+    system = osr.SpatialReference()
+    system.ImportFromEPSG(6697)
+    raster = gdal.GetDriverByName("GTiff").Create(str(ground), 60, 40, 1, gdal.GDT_Float32)
+    raster.SetGeoTransform((lon - 30 * east, east, 0.0, lat + 20 * north, 0.0, -north))
+    raster.SetProjection(system.ExportToWkt())
+    raster.GetRasterBand(1).Fill(15.0)
+    raster.FlushCache()
+    ring = [[lon + x * east, lat + y * north] for x, y in ((-20, -4), (20, -4), (20, 4), (-20, 4), (-20, -4))]
+    road.write_text(json.dumps({"type": "FeatureCollection", "features": [
+        {"type": "Feature", "properties": {"name": "road"}, "geometry": {"type": "Polygon", "coordinates": [ring]}}]}))
+
+
 class ChangesTest(unittest.TestCase):
     def setUp(self):
         holder = tempfile.TemporaryDirectory(prefix="kawara-changes-")
@@ -90,6 +108,18 @@ class ChangesTest(unittest.TestCase):
         with sqlite3.connect(store) as db:
             return db.execute("select id, class, length_m, width_m, height_m, heading_deg from changed_object "
                               "where t_end is null order by id").fetchall()
+
+    def test_heights_above_sea_level_that_nothing_lifts_are_warned_of(self):
+        ground, road = self.folder / "jgd.tif", self.folder / "jgd.geojson"
+        write_jgd(ground, road)
+        words = ["--out", self.folder / "r.kwref", "--ground", ground, "--road", road, "--origin", ORIGIN]
+        silent = run("kawara-reference", *words, "--geoid-separation", 37.0)
+        self.assertEqual(silent.returncode, 0, silent.stderr)
+        self.assertNotIn("sea level", silent.stdout + silent.stderr)
+        warned = run("kawara-reference", *words)
+        self.assertEqual(warned.returncode, 0, warned.stderr)
+        self.assertIn("jgd.tif: its heights are above sea level", warned.stdout + warned.stderr)
+        self.assertIn("--geoid-separation", warned.stdout + warned.stderr)
 
     def test_ground_raster_and_road_alone_are_a_reference(self):
         reference, store = self.folder / "r.kwref", self.folder / "c.gpkg"

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <string>
 
 #include "core/expected.hpp"
 #include "vision/change/known_place.hpp"
@@ -21,18 +22,24 @@ struct Alignment {
   Eigen::Isometry3d reference_from_map = Eigen::Isometry3d::Identity();
   Eigen::Vector3d shift_m =
       Eigen::Vector3d::Zero();  ///< east, north, up, at the middle of the road
+  /// Also of no shift: what could lie off unseen, the prior's where nothing stands across.
   Eigen::Vector3d shift_sd_m = Eigen::Vector3d::Zero();
-  double turn_rad = 0.0;                             ///< counter-clockwise
+  Eigen::Matrix2d plane_covariance_m2 = Eigen::Matrix2d::Zero();  ///< east, north
+  double turn_rad = 0.0;                                          ///< counter-clockwise
   double residual_before_m = 0.0, residual_m = 0.0;  ///< medians of distances to its planes
   std::size_t surfaces = 0;  ///< voxels that met it; fewer than 50: nothing can be said
 };
 
 /// Shift and turn that bring surfaces that have not changed onto the reference's planes and ground:
 /// least squares of distances along normals, with a redescending weight against what has changed,
-/// and a weight of no shift where nothing stands across. A shift that does not lessen the residuals
-/// is none. Errors: kInvalidArgument, with the shift, if it
-/// is beyond reason.
+/// and a weight of no shift where nothing stands across; it begins where SearchShift finds that
+/// upright surfaces speak for a far one. Another shift that does not lessen the residuals is none.
+/// Errors: kInvalidArgument, with the shift, if it is beyond reason.
 core::Expected<Alignment> AlignReference(const VoxelMap& map, const KnownPlace& place,
                                          const OccupancyRule& rule, const AlignOptions& options);
+
+/// For people: the direction in the plane in which too little stands for a shift to be seen, and
+/// what is allowed for; empty: there is none.
+std::string Unchecked(const Alignment& alignment);
 
 }  // namespace kawara::vision

@@ -58,7 +58,10 @@ bool ChangeWatch::Align(const VoxelMap& map, const Eigen::Vector3d& here, Change
   fits_ = alignment.has_value();
   if (!fits_) {
     news.trouble = alignment.error().message;
-  } else if (alignment->surfaces > 0) {
+    return fits_;
+  }
+  options_.finder.width.fit_covariance_m2 = alignment->plane_covariance_m2;
+  if (alignment->surfaces > 0) {
     reference_from_map_ = alignment->reference_from_map;
     news.alignment = *alignment;
   }

@@ -128,20 +128,24 @@ core::RoadStation StationAt(const Section& section, std::span<const Obstacle> ob
   station.right_m.head<2>() = section.PointAt(section.width_m());
   station.road_width_m = section.width_m();
   const GapSearch gaps(section, look, options);
+  const double fit_sd = std::sqrt(section.left.dot(options.fit_covariance_m2 * section.left));
   double free_from = 0.0, from_sd = options.edge_sd_m, unknown = 0.0;
-  const auto close_gap = [&](double at, double sd) {
+  bool from_edge = true;
+  const auto close_gap = [&](double at, double sd, bool to_edge) {
     if (at <= free_from) return;
-    gaps.Consider(free_from, from_sd, at, sd, station);
+    const double apart_sd = from_edge == to_edge ? 0.0 : fit_sd;
+    gaps.Consider(free_from, std::hypot(from_sd, apart_sd), at, sd, station);
     unknown += (1.0 - gaps.Seen(free_from, at)) * (at - free_from);
   };
   for (const Taken& taken : TakenAt(section, obstacles)) {
-    close_gap(taken.begin_m, taken.sd_m);
+    close_gap(taken.begin_m, taken.sd_m, false);
     if (taken.end_m > free_from) {
       free_from = taken.end_m;
       from_sd = taken.sd_m;
+      from_edge = false;
     }
   }
-  close_gap(section.width_m(), options.edge_sd_m);
+  close_gap(section.width_m(), options.edge_sd_m, true);
   station.unknown_share = std::clamp(unknown / std::max(0.01, section.width_m()), 0.0, 1.0);
   for (const double need : options.classes_m)
     if (station.passable_m - 2.0 * station.passable_sd_m >= need) ++station.passable_class;

@@ -17,6 +17,9 @@ struct WidthOptions {
   /// what was not looked at is no road to send anybody through.
   double min_seen_share = 0.3;
   double most_width_m = 30.0;  ///< a square is cut there
+  /// Of how the obstacles' map lies in the road's (Alignment), east and north: counts between an
+  /// obstacle and an edge, not between two obstacles.
+  Eigen::Matrix2d fit_covariance_m2 = Eigen::Matrix2d::Zero();
 };
 
 /// What stands on the road, for its width: its box, whose near sides lie where they were measured.

@@ -143,7 +143,12 @@ void ChangeReporter::Say(const vision::ChangeNews& news) {
   }
   const bool shifted = news.alignment && news.alignment->shift_m.norm() > 0.0;
   if (shifted && !shifted_) options_.say(Text(*news.alignment));
-  if (news.alignment) shifted_ = shifted;
+  if (news.alignment) {
+    shifted_ = shifted;
+    const std::string unchecked = vision::Unchecked(*news.alignment);
+    if (!unchecked.empty() && !unchecked_) options_.say(unchecked);
+    unchecked_ = !unchecked.empty();
+  }
   for (const core::ChangedObject& object : news.revisions)
     if (object.revision == 1 || object.state != core::ChangeState::kNew) options_.say(Text(object));
 }

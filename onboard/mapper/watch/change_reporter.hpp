@@ -73,7 +73,7 @@ class ChangeReporter {
   vision::JpegEncoder encoder_;
   std::map<std::string, std::uint64_t> pictured_;  ///< revision of each uid's newest picture
   std::string trouble_;
-  bool shifted_ = false;
+  bool shifted_ = false, unchecked_ = false;
   std::uint64_t told_ = 0, textures_ = 0, stations_ = 0;
   double cpu_s_ = 0.0;
 };

@@ -141,8 +141,7 @@ int Main(const ChangeDrive::Options& options, const std::string& kind, const std
     examine_s += CpuSeconds() - voted;
     vote_s += voted - start;
   }
-  const vision::FinderOptions finder =
-      kind == "paper" ? vision::PaperFinder() : vision::FinderOptions{};
+  vision::FinderOptions finder = kind == "paper" ? vision::PaperFinder() : vision::FinderOptions{};
   const double start = CpuSeconds();
   const auto alignment = vision::AlignReference(*map, place, finder.change.rule, {});
   const double aligned = CpuSeconds();
@@ -150,6 +149,7 @@ int Main(const ChangeDrive::Options& options, const std::string& kind, const std
     std::printf("{\"refused\": true, \"reason\": \"%s\"}\n", alignment.error().message.c_str());
     return 0;
   }
+  finder.width.fit_covariance_m2 = alignment->plane_covariance_m2;
   const vision::Findings found =
       vision::FindChanges(*map, place, alignment->reference_from_map, finder);
   const double done = CpuSeconds();

@@ -286,6 +286,16 @@ TEST_F(Register, TransactionTimeComesFromTheCaller) {
   EXPECT_EQ(Query("SELECT count(*), count(tx_end) FROM kp_tx"), "4|2");
 }
 
+TEST_F(Register, AStoreOfBeforeTheSeenShareIsGivenIt) {
+  ASSERT_OK(OpenRegister(path()).Register(Truck(1), Textures()));
+  Query("ALTER TABLE kp_texture DROP COLUMN seen_share");
+  ASSERT_OK(OpenRegister(path()).Register(Truck(2, 5.0), Textures()));
+  EXPECT_EQ(Query("SELECT revision, face, seen_share FROM kp_texture ORDER BY revision, face"),
+            "1|front|\n1|left|\n2|front|1.0\n2|left|0.875");
+  Query("ALTER TABLE kp_texture DROP COLUMN uri");  // never was without: another program's
+  EXPECT_ANY_THROW(OpenRegister(path()));
+}
+
 TEST_F(Register, WritesTexturesBesideTheStoreBeforeTheirRows) {
   auto reg = OpenRegister(path());
   ASSERT_OK(reg.Register(Truck(1), Textures()));

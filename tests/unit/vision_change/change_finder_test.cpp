@@ -103,6 +103,24 @@ TEST(ChangeFinder, RoadLeftToPassIsMeasured) {
   EXPECT_GE(free, 30);
 }
 
+TEST(ChangeFinder, HowTheMapsFitCountsBesideThingsAndNotOnTheFreeRoad) {
+  Street street = After();
+  street.AddBox(Truck(6.0, 2.9));
+  FinderOptions doubtful;
+  doubtful.width.fit_covariance_m2 = Eigen::Vector2d(0.5, 0.2 * 0.2).asDiagonal();
+  const Findings sure = Find(street, Before()), doubt = Find(street, Before(), doubtful);
+  ASSERT_EQ(sure.stations.size(), doubt.stations.size());
+  int beside = 0, free = 0;
+  for (std::size_t i = 0; i < sure.stations.size(); ++i) {
+    const core::RoadStation &a = sure.stations[i], &b = doubt.stations[i];
+    const bool whole = a.passable_m > a.road_width_m - 0.01;
+    EXPECT_NEAR(b.passable_sd_m, std::hypot(a.passable_sd_m, whole ? 0.0 : 0.2), 1e-9);
+    ++(whole ? free : beside);
+  }
+  EXPECT_GE(beside, 10);
+  EXPECT_GE(free, 30);
+}
+
 TEST(ChangeFinder, WhatHangsOverTheRoadAndWhatIsLowDoesNotBlockIt) {
   Street street = After();
   street.AddBox({{0.0, 0.0, 3.6}, {3.0, 3.0, 0.6}, 0.0});     // a banner

@@ -109,5 +109,53 @@ TEST(AlignReference, FindsASmallShiftAndRefusesALargeOne) {
   EXPECT_NE(large.error().message.find("beyond reason"), std::string::npos);
 }
 
+/// Ground, and four posts at the side of the road: as much as a wide road has near.
+Street Posts(unsigned seed, bool posts) {
+  Street street(seed, 0.03);
+  street.AddGround();
+  for (const double x : {-9.0, -3.0, 3.0, 9.0})
+    if (posts) street.AddBox({{x, 4.3, 1.0}, {0.24, 0.24, 2.0}, 0.0});
+  return street;
+}
+
+core::Expected<Alignment> AlignPosts(bool posts, const Eigen::Vector3d& by) {
+  ReferenceMap reference = Posts(7, posts).Reference();
+  Street street = Posts(9, posts);
+  auto map = *VoxelMap::Create({.voxel_m = 0.2});
+  std::vector<PointVote> votes;
+  for (const Eigen::Vector3d& p : street.Points()) {
+    PointVote vote;
+    vote.position_m = p + by;
+    votes.push_back(vote);
+  }
+  EXPECT_TRUE(map.Vote(votes));
+  return AlignReference(map, {std::move(reference), Street::Road(), {}},
+                        {.min_hits = 1, .min_hit_share = 0.0}, {});
+}
+
+TEST(AlignReference, AFewPostsAmongMuchGroundTellHalfAMetre) {
+  const auto right = AlignPosts(true, {0.0, 0.0, 0.0});
+  ASSERT_TRUE(right) << right.error().message;
+  EXPECT_LT(right->shift_m.norm(), 0.05);
+  for (const Eigen::Vector3d& by : {Eigen::Vector3d(0.30, 0.40, 0.0), {0.0, -0.5, 0.0}}) {
+    const auto off = AlignPosts(true, by);
+    ASSERT_FALSE(off) << by.transpose();
+    EXPECT_NE(off.error().message.find("beyond reason"), std::string::npos);
+  }
+}
+
+TEST(AlignReference, SaysWhatNothingUprightTells) {
+  const auto level = AlignPosts(false, {0.3, 0.4, 0.0});
+  ASSERT_TRUE(level) << level.error().message;
+  EXPECT_NEAR(level->shift_sd_m.y(), AlignOptions{}.prior_sd_m, 0.01);
+  EXPECT_LT(level->shift_sd_m.z(), 0.03);
+  EXPECT_NE(Unchecked(*level).find("in the plane"), std::string::npos);
+  Alignment street = *level;
+  street.plane_covariance_m2 = Eigen::Vector2d(0.15 * 0.15, 0.02 * 0.02).asDiagonal();
+  EXPECT_NE(Unchecked(street).find("90 deg"), std::string::npos);
+  street.plane_covariance_m2 *= 0.1;
+  EXPECT_TRUE(Unchecked(street).empty());
+}
+
 }  // namespace
 }  // namespace kawara::vision
