@@ -324,6 +324,13 @@ int main(int argc, char** argv) {
   app.add_option("--baseline", model.pairs.baseline_m, "of the model's pairs, at least [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 100.0));
+  std::string baselines = "one";
+  app.add_option("--baselines", baselines,
+                 "of each of the model's distance images: one, or several: also the picture as far "
+                 "behind and those half as far on either side; live it does with one when it is "
+                 "late")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"one", "several"}));
   app.add_option("--step", model.pairs.step_m,
                  "between the first frames of two pairs, at least [m]")
       ->capture_default_str()
@@ -360,6 +367,10 @@ int main(int argc, char** argv) {
   wishes.robot = bus.robot;
   bus.normal_priority = priority == "normal";
   if (method == "paper") depth.stereo.method = kawara::mapper::StereoMethod::kPaper;
+  model.pairs.several = baselines == "several";
+  if (method == "paper" && model.pairs.several) {
+    return Fail("--baselines several is of the fast method: the paper's has one", 2);
+  }
   if (method == "paper" && depth.stereo.px_per_rad > 0.0) {
     return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
   }
