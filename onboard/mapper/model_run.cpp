@@ -12,13 +12,14 @@ namespace {
 
 /// All that changes the voxels.
 std::string TextOf(const ModelOptions& options) {
-  char text[240];
+  char text[280];
   std::snprintf(text, sizeof text,
                 "baseline %.3f, step %.3f, poses %s, nearest %.2f, px-per-rad %.0f, voxel %.3f, "
-                "reach %.1f, method %s%s",
+                "reach %.1f, pole cap %.1f, method %s%s",
                 options.pairs.baseline_m, options.pairs.step_m,
                 options.pairs.refine ? "refined" : "given", options.builder.stereo.nearest_m,
                 options.builder.stereo.px_per_rad, options.builder.voxel_m, options.builder.reach_m,
+                options.builder.stereo.pole_cap_rad / core::kRadFromDeg,
                 options.builder.stereo.method == StereoMethod::kPaper ? "paper" : "fast",
                 options.pairs.several ? ", several baselines" : "");
   return text;

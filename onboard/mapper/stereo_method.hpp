@@ -18,6 +18,8 @@ struct StereoOptions {
   StereoMethod method = StereoMethod::kFast;
   double nearest_m = 1.5;
   double px_per_rad = 0.0;  ///< of the fast method's search; 0: the camera's own
+  /// Of the fast method: directions nearer to the baseline stay unknown.
+  double pole_cap_rad = vision::PairMatcherOptions{}.pole_cap_rad;
 };
 
 /// The one place where the method is chosen. One thread at a time.
@@ -49,7 +51,9 @@ class StereoMatcher {
     return vision::PairMatcher(PairOf(options));
   }
   static vision::PairMatcherOptions PairOf(const StereoOptions& options) {
-    return {.px_per_rad = options.px_per_rad, .nearest_m = options.nearest_m};
+    return {.px_per_rad = options.px_per_rad,
+            .nearest_m = options.nearest_m,
+            .pole_cap_rad = options.pole_cap_rad};
   }
 
   Matcher matcher_;

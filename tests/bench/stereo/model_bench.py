@@ -17,7 +17,7 @@ BIN = pathlib.Path(os.environ["KAWARA_BIN"])
 MARKS = ("<!-- ./run bench stereo: models -->\n", "<!-- end of models -->\n")
 MUST = {"rms_mm": 45.0, "over_300_mm": 0.2, "completeness": 98.0, "seconds_200": 20.0}
 FRAMES = 49
-WAYS = ([], ["--baselines", "several"], ["--given-poses"])
+WAYS = ([], ["--baselines", "several", "--step", "0.5"], ["--step", "1.0"], ["--pole-cap", "10"], ["--given-poses"])
 
 
 def run_mapper(survey, out, words):
@@ -47,11 +47,21 @@ def points_of(model):
     return np.concatenate(tiles)
 
 
-def street(seed):
+def rendered(keep, name, *words):
+    """The survey folder of that name; drawn if it is not there yet."""
+    survey = keep / name
+    if not survey.exists():
+        unfinished = keep / (name + "_unfinished")
+        subprocess.run([word if word is not None else unfinished for word in words], check=True, stdout=subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL)
+        unfinished.rename(survey)
+    return survey
+
+
+def street(seed, keep):
     figures = []
+    survey = rendered(keep, f"street_{seed}", BIN / "bench_stereo_model", "survey", None, str(seed), str(FRAMES))
     with tempfile.TemporaryDirectory() as folder:
-        survey = pathlib.Path(folder) / "survey"
-        subprocess.run([BIN / "bench_stereo_model", "survey", survey, str(seed), str(FRAMES)], check=True)
         for words in WAYS:
             out = pathlib.Path(folder) / "_".join(["model", *words])
             pairs, _, cpu_s, memory_mb = run_mapper(survey, out, words)
@@ -69,12 +79,11 @@ def mean_of(figures):
             "rms_mm": float(np.sqrt(np.mean([f["rms_mm"] ** 2 for f in figures])))}
 
 
-def road():
+def road(keep):
+    survey = rendered(keep, "road", BIN / "kawara-sim", "--render", None, "--doughnut-px", "1024", "--every", "0.25", "--start", "10",
+                      "--duration", "45", "--no-body")
     with tempfile.TemporaryDirectory() as folder:
-        survey, out = pathlib.Path(folder) / "survey", pathlib.Path(folder) / "model"
-        subprocess.run([BIN / "kawara-sim", "--render", survey, "--doughnut-px", "1024", "--every", "0.25", "--start", "10",
-                        "--duration", "45", "--no-body"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        pairs, seconds, cpu_s, memory_mb = run_mapper(survey, out, [])
+        pairs, seconds, cpu_s, memory_mb = run_mapper(survey, pathlib.Path(folder) / "model", [])
     return {"condition": "factory road", "words": "", "pairs": pairs, "seconds_200": 200.0 * seconds / pairs,
             "cpu_ms": 1e3 * cpu_s / pairs, "memory_mb": memory_mb}
 
@@ -99,9 +108,13 @@ def main():
     parser.add_argument("--json", type=pathlib.Path)
     parser.add_argument("--into", type=pathlib.Path)
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--keep", type=pathlib.Path, help="folder in which the drawn pictures stay for the next run")
     args = parser.parse_args()
-    streets = [street(seed) for seed in range(1, args.seeds + 1)]
-    figures = [mean_of(same) for same in zip(*streets)] + [road()]
+    with tempfile.TemporaryDirectory() as folder:
+        keep = args.keep or pathlib.Path(folder)
+        keep.mkdir(parents=True, exist_ok=True)
+        streets = [street(seed, keep) for seed in range(1, args.seeds + 1)]
+        figures = [mean_of(same) for same in zip(*streets)] + [road(keep)]
     table = markdown(figures)
     print(table)
     if args.json:
