@@ -41,6 +41,7 @@ class BusSource : public FrameSource {
 
   const Rig& rig() const override { return rig_; }
   core::Expected<std::optional<Stop>> Next() override;
+  bool live() const override { return options_.live; }
   std::uint64_t left_out() const override { return dropped_; }
   const std::string& robot() const { return robot_; }
   /// Of the first picture.

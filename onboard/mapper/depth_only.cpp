@@ -20,6 +20,15 @@ double Median(std::vector<float> values) {
   return static_cast<double>(*middle);
 }
 
+/// "frames/00007.jpg", as a shell completes it, is the end of the picture's path.
+bool EndsWith(const fs::path& file, const fs::path& name) {
+  auto part = file.end();
+  for (auto wanted = name.end(); wanted != name.begin();) {
+    if (part == file.begin() || *--part != *--wanted) return false;
+  }
+  return true;
+}
+
 /// What this program does not yet make of a rig's description.
 std::string Unheeded(const survey::SurveyCamera& camera) {
   if (camera.line_delay_s != 0.0) {
@@ -37,7 +46,7 @@ core::Expected<const survey::SurveyFrame*> FindFrame(const survey::Survey& surve
   const survey::SurveyFrame* found = nullptr;
   for (const auto& frame : survey.frames) {
     const std::string full = survey::FullNameOf(survey, frame);
-    const bool fits = name == full || name == frame.name || name == frame.file.filename().string();
+    const bool fits = name == full || name == frame.name || EndsWith(frame.file, name);
     if (!fits) continue;
     if (found != nullptr) {
       return core::Fail(core::ErrorCode::kInvalidArgument,

@@ -30,8 +30,9 @@ struct DepthResult {
   std::string warning;   ///< one line, or empty
 };
 
-/// A frame by its name: the picture's file name with or without its ending, with several cameras
-/// "CAMERA/NAME". Errors: kNotFound (says what names there are), kInvalidArgument (several fit).
+/// A frame by its name: the picture's file name with or without its ending, or the end of its path
+/// ("frames/00007.jpg"), with several cameras also "CAMERA/NAME". Errors: kNotFound (says what
+/// names there are), kInvalidArgument (several fit).
 core::Expected<const survey::SurveyFrame*> FindFrame(const survey::Survey& survey,
                                                      const std::string& name);
 

@@ -48,6 +48,8 @@ class FrameSource {
   virtual core::Expected<std::optional<Stop>> Next() = 0;
   /// Stops in all; 0: nobody knows.
   virtual std::uint64_t total() const { return 0; }
+  /// Pictures come whether they can be used or not.
+  virtual bool live() const { return false; }
   /// Pictures that were not used because the mapper was late. Any thread.
   virtual std::uint64_t left_out() const { return 0; }
 };

@@ -120,9 +120,14 @@ vision::TextureView ModelBuilder::ViewOf(const Look& look) const {
 
 core::Expected<void> ModelBuilder::Match(const PicturePair& pair) {
   const vision::StereoCamera& camera = *(*cameras_)[pair.camera];
+  std::vector<vision::StereoView> others{{&camera, pair.picture_b->view(), pair.map_from_b}};
+  std::vector<vision::StepDoubt> doubts{pair.doubt};
+  for (const OtherPicture& other : pair.more) {
+    others.push_back({&camera, other.picture->view(), other.map_from_camera});
+    doubts.push_back(other.doubt);
+  }
   auto done =
-      matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a},
-                     {&camera, pair.picture_b->view(), pair.map_from_b}, ranges_, pair.doubt);
+      matcher_.Match({&camera, pair.picture_a->view(), pair.map_from_a}, others, ranges_, doubts);
   if (done && measured_) measured_(pair, camera, ranges_);
   return done;
 }

@@ -59,6 +59,7 @@ std::vector<ReportRow> OptionRows(const ModelOptions& options) {
   std::vector<ReportRow> rows{
       {"method", fast ? "fast" : "paper", ""},
       {"poses", options.pairs.refine ? "refined on the pictures" : "as given", ""},
+      {"baselines", options.pairs.several ? "several" : "one", ""},
       {"baseline, at least about", Number(options.pairs.baseline_m, 2), "m"},
       {"step, at least about", Number(options.pairs.step_m, 2), "m"},
       {"nearest range", Number(stereo.nearest_m, 2), "m"},

@@ -12,14 +12,16 @@ namespace {
 
 /// All that changes the voxels.
 std::string TextOf(const ModelOptions& options) {
-  char text[200];
+  char text[280];
   std::snprintf(text, sizeof text,
                 "baseline %.3f, step %.3f, poses %s, nearest %.2f, px-per-rad %.0f, voxel %.3f, "
-                "reach %.1f, method %s",
+                "reach %.1f, pole cap %.1f, method %s%s",
                 options.pairs.baseline_m, options.pairs.step_m,
                 options.pairs.refine ? "refined" : "given", options.builder.stereo.nearest_m,
                 options.builder.stereo.px_per_rad, options.builder.voxel_m, options.builder.reach_m,
-                options.builder.stereo.method == StereoMethod::kPaper ? "paper" : "fast");
+                options.builder.stereo.pole_cap_rad / core::kRadFromDeg,
+                options.builder.stereo.method == StereoMethod::kPaper ? "paper" : "fast",
+                options.pairs.several ? ", several baselines" : "");
   return text;
 }
 
@@ -61,7 +63,15 @@ core::Expected<void> Consume(ModelBuilder& builder, PairQueue& queue, const Fram
   const auto waiting = [&hooks] {
     if (hooks.waiting) hooks.waiting();
   };
+  std::uint64_t thinned = 0;
   while (auto pair = queue.Pop(waiting)) {
+    // Late: another baseline is worth less than another picture.
+    if (source.live() && !pair->more.empty() && queue.full()) {
+      pair->more.clear();
+      if (++thinned == 1) {
+        hooks.say("warning: late: some distance images are made with one baseline only");
+      }
+    }
     if (auto done = builder.Add(*pair); !done) return done;
     hooks.progress(pair->stop + 1, source.total(), builder.pairs());
     interrupted = hooks.stop != nullptr && *hooks.stop;

@@ -10,6 +10,11 @@ namespace {
 constexpr std::size_t kLag = 8;
 /// Steps and baselines may be this much shorter than asked for, as stops are where they are.
 constexpr double kAllowance = 0.85;
+/// Of several baselines: shares of the pair's own, behind and ahead. Pictures on both sides at a
+/// half and the whole give most of what there is to gain (vision/stereo/multi_matcher.hpp).
+constexpr double kOtherBaselines[] = {-1.0, 0.5, -0.5};
+/// Keys kept for them behind the one that is paired, at most; the refiner's window has them all.
+constexpr std::size_t kMostBehind = 10;
 /// Keys before the first that counts, when a run goes on from where another stopped.
 constexpr std::size_t kWarmUp = 42;
 
@@ -113,19 +118,68 @@ vision::StepDoubt PairMaker::DoubtOf(std::size_t a, std::size_t b) const {
           .turn_sd_rad = std::sqrt(sum.bottomRightCorner<3, 3>().trace() / 3.0)};
 }
 
+double PairMaker::Apart(std::size_t a, std::size_t b) const {
+  return (PoseOf(b).translation() - PoseOf(a).translation()).norm();
+}
+
+bool PairMaker::IsNear(std::size_t a, std::size_t behind) const {
+  return a - behind <= kMostBehind && Apart(a, behind) < 1.5 * options_.baseline_m;
+}
+
+std::vector<std::size_t> PairMaker::OthersOf(std::size_t a, std::size_t b) const {
+  std::vector<std::size_t> others;
+  const std::size_t end = first_key_ + keys_.size();
+  for (const double share : kOtherBaselines) {
+    const double wanted_m = kAllowance * std::abs(share) * options_.baseline_m;
+    std::size_t key = a;
+    if (share > 0.0) {
+      while (key < end && Apart(a, key) < wanted_m) ++key;
+      if (key == end) continue;
+    } else {
+      while (key > first_key_ && a - key < kMostBehind && Apart(a, key) < wanted_m) --key;
+      if (Apart(a, key) < wanted_m || !IsNear(a, key)) continue;
+    }
+    if (key != b && std::ranges::find(others, key) == others.end()) others.push_back(key);
+  }
+  return others;
+}
+
+void PairMaker::AddMore(std::size_t a, std::size_t b, PicturePair& pair) {
+  for (const std::size_t key : OthersOf(a, b)) {
+    for (Read& read : keys_[key - first_key_].pictures) {
+      if (read.source.camera != pair.camera || !Reload(read)) continue;
+      pair.more.push_back({.picture = read.picture,
+                           .map_from_camera = PoseOf(key) * body_from_camera_[pair.camera],
+                           .doubt = DoubtOf(a, key)});
+      break;
+    }
+  }
+}
+
+// Behind the next one to be paired only those that it may yet be matched with stay.
+void PairMaker::ForgetKeys() {
+  while (first_key_ < next_a_ && !keys_.empty()) {
+    const bool to_come = next_a_ == first_key_ + keys_.size();
+    if (options_.several && (to_come || IsNear(next_a_, first_key_))) break;
+    keys_.pop_front();
+    ++first_key_;
+  }
+}
+
 void PairMaker::PairUp(std::size_t lag, std::vector<PicturePair>& pairs) {
   const std::size_t end = first_key_ + keys_.size();
   for (; next_a_ + lag < end; ++next_a_) {
-    if (keys_[next_a_ - first_key_].stop < from_stop_) continue;  // only there to warm up
+    const bool warming_up = keys_[next_a_ - first_key_].stop < from_stop_;
+    // At every key, so that what is kept depends on the poses alone; the refiner's first ones are
+    // gone by the end of its warming up.
+    if (!warming_up || !options_.refine) ForgetKeys();
+    if (warming_up) continue;
     const Eigen::Isometry3d pose_a = PoseOf(next_a_);
     std::size_t b = next_a_ + 1;
-    const auto apart = [&](std::size_t key) {
-      return (PoseOf(key).translation() - pose_a.translation()).norm();
-    };
-    while (b < end && apart(b) < kAllowance * options_.baseline_m) ++b;
+    while (b < end && Apart(next_a_, b) < kAllowance * options_.baseline_m) ++b;
     // Without refinement the second stop may yet have to come.
     if (b == end && lag == 0 && !options_.refine && end - next_a_ <= kLag) break;
-    if (b == end || apart(b) > 2.5 * options_.baseline_m) continue;
+    if (b == end || Apart(next_a_, b) > 2.5 * options_.baseline_m) continue;
     Key &key_a = keys_[next_a_ - first_key_], &key_b = keys_[b - first_key_];
     for (Read& first : key_a.pictures) {
       const auto of_same_camera = [&](const Read& read) {
@@ -142,13 +196,12 @@ void PairMaker::PairUp(std::size_t lag, std::vector<PicturePair>& pairs) {
                        .picture_b = other->picture,
                        .map_from_a = pose_a * mounting,
                        .map_from_b = PoseOf(b) * mounting,
-                       .doubt = DoubtOf(next_a_, b)});
+                       .doubt = DoubtOf(next_a_, b),
+                       .more = {}});
+      if (options_.several) AddMore(next_a_, b, pairs.back());
     }
   }
-  while (first_key_ < next_a_ && !keys_.empty()) {
-    keys_.pop_front();
-    ++first_key_;
-  }
+  ForgetKeys();
 }
 
 }  // namespace kawara::mapper

@@ -14,6 +14,15 @@ struct PairOptions {
   double baseline_m = 0.5;  ///< between the two stops of a pair, about
   double step_m = 0.25;     ///< between the first stops of two pairs, about
   bool refine = true;       ///< poses on the pictures; false: as they come
+  /// Beside the pair also the picture a baseline behind, and those at half of it on either side.
+  bool several = false;
+};
+
+/// A picture of the same camera from elsewhere.
+struct OtherPicture {
+  SharedPicture picture;
+  Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
+  vision::StepDoubt doubt;  ///< of the step from the pair's first picture
 };
 
 /// Two pictures of a camera to make a distance image of the first from.
@@ -26,6 +35,7 @@ struct PicturePair {
   Eigen::Isometry3d map_from_a = Eigen::Isometry3d::Identity();  ///< camera frames
   Eigen::Isometry3d map_from_b = Eigen::Isometry3d::Identity();
   vision::StepDoubt doubt;
+  std::vector<OtherPicture> more;  ///< beside picture_b
 };
 
 /// From the stops of a drive to pairs of pictures with poses good enough for stereo: of stops a
@@ -68,6 +78,13 @@ class PairMaker {
   core::Expected<void> AddKey(const Stop& stop);
   Eigen::Isometry3d PoseOf(std::size_t key) const;
   vision::StepDoubt DoubtOf(std::size_t a, std::size_t b) const;
+  double Apart(std::size_t a, std::size_t b) const;
+  /// Near enough to be of use to `a` once more.
+  bool IsNear(std::size_t a, std::size_t behind) const;
+  /// Keys at the other distances, where there are any; `b` is the pair's own.
+  std::vector<std::size_t> OthersOf(std::size_t a, std::size_t b) const;
+  void AddMore(std::size_t a, std::size_t b, PicturePair& pair);
+  void ForgetKeys();
   void PairUp(std::size_t lag, std::vector<PicturePair>& pairs);
   SharedPicture Load(const StopPicture& source);
   bool Reload(Read& read);

@@ -38,6 +38,11 @@ class PairQueue {
     changed_.notify_all();
     return pair;
   }
+  /// Whoever makes pairs waits, or soon will.
+  bool full() const {
+    const std::lock_guard lock(mutex_);
+    return pairs_.size() >= kRoom;
+  }
   /// No more pairs go in; those inside still come out.
   void Close() {
     const std::lock_guard lock(mutex_);
@@ -48,7 +53,7 @@ class PairQueue {
  private:
   static constexpr std::size_t kRoom = 2;
   static constexpr std::chrono::milliseconds kPatience{200};
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<PicturePair> pairs_;
   bool closed_ = false;

@@ -96,7 +96,7 @@ core::Expected<std::vector<fs::path>> ListPictures(const fs::path& where) {
   std::vector<fs::path> pictures;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
-    if (!IsPicture(it->path())) continue;
+    if (!IsPicture(it->path()) || name.starts_with('.')) continue;  // "._7.jpg" is no picture
     if (pattern && ::fnmatch(where.filename().c_str(), name.c_str(), FNM_PERIOD) != 0) continue;
     pictures.push_back(it->path());
   }

@@ -2,67 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 
 #include "onboard/survey/node_reading.hpp"
+#include "onboard/survey/table_text.hpp"
 
 namespace kawara::survey {
 namespace {
 
 constexpr std::size_t kMaxRows = 2'000'000;
 constexpr double kMaxMetres = 1e8;
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\"";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
-
-std::vector<std::string_view> Fields(std::string_view line, bool by_comma) {
-  std::vector<std::string_view> fields;
-  while (true) {
-    if (!by_comma) line = Trimmed(line);
-    const std::size_t end = by_comma ? line.find(',') : line.find_first_of(" \t");
-    fields.push_back(Trimmed(line.substr(0, end)));
-    if (end == std::string_view::npos) return fields;
-    line.remove_prefix(end + 1);
-  }
-}
-
-std::optional<double> Number(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
-  return value;
-}
-
-std::optional<std::int64_t> Integer(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return {};
-  return value;
-}
-
-/// Decimal seconds to nanoseconds without a double's rounding (1700000000.123456789 has 19 digits).
-std::optional<std::int64_t> NanosecondsOf(std::string_view text) {
-  const std::size_t point = text.find('.');
-  if (text.find_first_not_of("0123456789.-") != std::string_view::npos) {
-    const auto seconds = Number(text);
-    if (!seconds || std::abs(*seconds) > 9e9) return {};
-    return std::llround(*seconds * 1e9);
-  }
-  const auto whole = Integer(text.substr(0, point));
-  if (!whole || *whole > 9'000'000'000 || *whole < -9'000'000'000) return {};
-  std::string digits(point == std::string_view::npos ? "" : text.substr(point + 1));
-  if (digits.find_first_not_of("0123456789") != std::string::npos) return {};
-  digits.resize(9, '0');
-  const std::int64_t fraction = *Integer(digits);
-  return *whole * 1'000'000'000 + (text.starts_with('-') ? -fraction : fraction);
-}
 
 /// Reads one line after the other by the columns of the header.
 class PoseReader {
@@ -94,14 +44,20 @@ class PoseReader {
     return {};
   }
 
-  core::Expected<void> Row(const std::vector<std::string_view>& fields, int line) {
+  core::Expected<void> Row(std::vector<std::string_view> fields, int line) {
     line_ = line;
+    // Separators at the end of lines part nothing.
+    while (fields.size() > names_.size() && fields.back().empty()) fields.pop_back();
     fields_ = &fields;
     if (fields.size() != names_.size()) {
       return Wrong(std::to_string(fields.size()) + " fields, the header has " +
                    std::to_string(names_.size()));
     }
     if (table.rows.size() >= kMaxRows) return Wrong("more than 2 million poses");
+    if (std::ranges::all_of(place_, [&](std::size_t at) { return IsUnknown(fields[at]); })) {
+      ++table.rows_without_place;
+      return {};
+    }
     PoseRow row;
     if (const auto at = Column("file"); at) row.name = fields[*at];
     if (const auto at = Column("frame"); row.name.empty() && at) row.name = fields[*at];
@@ -245,7 +201,9 @@ core::Expected<PoseTable> ParsePoses(std::string_view text, const std::string& s
   constexpr std::array<std::string_view, 8> kTum = {"t", "x", "y", "z", "qx", "qy", "qz", "qw"};
   PoseReader reader(source, body, origin);
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  bool has_header = false, by_comma = true;
+  bool has_header = false;
+  char separator = ',';
+  std::string with_points;
   for (int line_number = 1; !text.empty(); ++line_number) {
     const std::size_t end = text.find('\n');
     const std::string_view line = Trimmed(text.substr(0, end));
@@ -254,10 +212,15 @@ core::Expected<PoseTable> ParsePoses(std::string_view text, const std::string& s
     core::Expected<void> good;
     if (!has_header) {
       has_header = true;
-      by_comma = line.find(',') != std::string_view::npos;
-      const auto first = Fields(line, by_comma);
+      separator = SeparatorOf(line);
+      if (separator == ';') {
+        with_points = text;
+        std::ranges::replace(with_points, ',', '.');
+        text = with_points;
+      }
+      const auto first = Fields(line, separator);
       const bool numbers = std::ranges::all_of(first, [](auto f) { return Number(f).has_value(); });
-      if (numbers && first.size() == kTum.size() && !by_comma) {
+      if (numbers && first.size() == kTum.size() && separator == ' ') {
         good = reader.Header({kTum.begin(), kTum.end()}, line_number);
         if (good) good = reader.Row(first, line_number);
       } else if (numbers) {
@@ -269,7 +232,7 @@ core::Expected<PoseTable> ParsePoses(std::string_view text, const std::string& s
         good = reader.Header(first, line_number);
       }
     } else {
-      good = reader.Row(Fields(line, by_comma), line_number);
+      good = reader.Row(Fields(line, separator), line_number);
     }
     if (!good) return tl::unexpected(good.error());
   }

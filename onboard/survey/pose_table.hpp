@@ -29,9 +29,11 @@ struct PoseTable {
   /// Of the map (its axes then are east, north, up there) where poses are geodetic: as asked for,
   /// else the first row's place. Empty: the map is the file's own frame.
   std::optional<core::Geodetic> origin;
+  int rows_without_place = 0;  ///< left out: all their place's columns are empty or "nan"
 };
 
-/// Reads poses: CSV with a header of names in any order, or TUM lines "t x y z qx qy qz qw".
+/// Reads poses: CSV with a header of names in any order (fields parted by commas, or by semicolons
+/// with a decimal comma or point; in quotes or not), or TUM lines "t x y z qx qy qz qw".
 ///   place     lat_deg lon_deg h_ellipsoidal_m (or h_m, h)   or   x y z (or x_m y_m z_m)
 ///   attitude  qw qx qy qz (map_from_body), or roll_deg pitch_deg yaw_deg
 ///   stamp     gps_ns, t_ns, t, t_s or time_s;   name frame or file;   camera

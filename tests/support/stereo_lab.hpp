@@ -98,6 +98,18 @@ class StereoLab {
     return hit;
   }
 
+  /// From a point to the nearest surface [m].
+  double DistanceToSurface(const Eigen::Vector3d& point) const {
+    double nearest = std::abs(point.z());
+    for (const Box& box : boxes_) {
+      const Eigen::Array3d beyond = (box.low - point).cwiseMax(point - box.high).array();
+      const double distance =
+          beyond.maxCoeff() > 0.0 ? beyond.max(0.0).matrix().norm() : std::abs(beyond.maxCoeff());
+      nearest = std::min(nearest, distance);
+    }
+    return nearest;
+  }
+
   struct Frame {
     int width_px = 0, height_px = 0;
     std::vector<std::uint8_t> rgb;

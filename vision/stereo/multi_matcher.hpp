@@ -9,8 +9,8 @@
 namespace kawara::vision {
 
 struct MultiMatcherOptions {
-  PairMatcherOptions pair;
-  RangeFusionOptions fusion;
+  PairMatcherOptions pair = {};
+  RangeFusionOptions fusion = {};
   int threads = 1;  ///< each has a matcher, and its memory, of its own; the result is the same
 };
 

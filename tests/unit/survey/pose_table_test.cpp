@@ -69,6 +69,39 @@ TEST(PoseTable, TumLinesKeepTheirNanoseconds) {
   EXPECT_EQ(table.rows[0].map_from_body.translation(), Eigen::Vector3d(1, 2, 3));
 }
 
+// What spreadsheets and loggers make of the same two poses.
+TEST(PoseTable, OtherPeoplesTablesSayTheSame) {
+  const PoseTable plain =
+      Parsed("frame,x,y,z,qw,qx,qy,qz\na 1.jpg,0.5,2,3,1,0,0,0\nb.jpg,1.5,2,3,1,0,0,0\n");
+  const char* tables[] = {
+      "frame,x,y,z,qw,qx,qy,qz\r\na 1.jpg,0.5,2,3,1,0,0,0\r\nb.jpg,1.5,2,3,1,0,0,0",
+      "note,frame,x,y,z,qw,qx,qy,qz\n\"a, b\",\"a 1.jpg\",0.5,2,3,1,0,0,0\n,b.jpg,1.5,2,3,1,0,0,0",
+      "frame;x;y;z;qw;qx;qy;qz\na 1.jpg;0,5;2;3;1;0;0;0\nb.jpg;1,5;2;3;1;0;0;0\n",
+      "\"frame\" , \"x\" , \"y\",\"z\",\"qw\",\"qx\",\"qy\",\"qz\"\n"
+      "\"a 1.jpg\",\"0.5\",\"2\",\"3\",\"1\",\"0\",\"0\",\"0\"\n b.jpg , 1.5 ,2,3,1,0,0,0\n",
+      "frame,x,y,z,qw,qx,qy,qz\na 1.jpg,0.5,2,3,1,0,0,0,\nb.jpg,1.5,2,3,1,0,0,0,,\n",
+  };
+  for (const char* text : tables) {
+    const PoseTable table = Parsed(text);
+    ASSERT_EQ(table.rows.size(), 2U) << text;
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(table.rows[i].name, plain.rows[i].name) << text;
+      EXPECT_EQ(table.rows[i].map_from_body.translation(),
+                plain.rows[i].map_from_body.translation())
+          << text;
+    }
+  }
+}
+
+TEST(PoseTable, RowsThatKnowNoPlaceAreLeftOutAndCounted) {
+  const PoseTable table = Parsed(
+      "frame,x,y,z,qw,qx,qy,qz\n1,0,0,0,1,0,0,0\n2,,,,,,,\n3,NaN,nan,NAN,1,0,0,0\n4,1,0,0,1,0,0,"
+      "0\n");
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[1].name, "4");
+  EXPECT_EQ(table.rows_without_place, 2);
+}
+
 TEST(PoseTable, MistakesAreToldWithTheirLine) {
   const struct {
     const char* text;
