@@ -18,6 +18,8 @@ using core::ErrorCode;
 using core::Fail;
 
 constexpr int kMostPasses = 5;
+/// Of frames adjusted together: the longer, the better RTK says which way the drive went.
+constexpr int kWindow = 41;
 /// A pass that turns the rig by less ends it [rad].
 constexpr double kSettled = 0.005 * core::kRadFromDeg;
 /// Frames below which nothing is tried: a window is 21.
@@ -34,6 +36,7 @@ using Cameras = std::vector<std::unique_ptr<vision::StereoCamera>>;
 core::Expected<vision::RigState> Pass(const survey::Survey& survey, const Cameras& cameras,
                                       const MountingOptions& options, MountingResult& result) {
   vision::PoseRefinerOptions refining;
+  refining.window = kWindow;
   refining.mounting_sd_rad = options.believed_deg * core::kRadFromDeg;
   std::vector<vision::RigCamera> rig;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
