@@ -20,8 +20,9 @@ using core::Fail;
 constexpr int kMostPasses = 5;
 /// Of frames adjusted together: the longer, the better RTK says which way the drive went.
 constexpr int kWindow = 41;
-/// A pass that turns the rig by less ends it [rad].
+/// A pass that turns the rig by less about each axis ends it: either [rad], or in deviations.
 constexpr double kSettled = 0.005 * core::kRadFromDeg;
+constexpr double kSettledShare = 0.5;
 /// Frames below which nothing is tried: a window is 21.
 constexpr int kLeastFrames = 21;
 /// Steps longer than this do not show the same things.
@@ -177,7 +178,9 @@ core::Expected<MountingResult> RunMounting(const MountingOptions& options,
     }
     turned = turn * turned;
     result.turn_rad = vision::Log(turned);
-    settled = rig->mounting_rad.norm() < kSettled;
+    settled = (rig->mounting_rad.cwiseAbs().array() <
+               (kSettledShare * result.turn_sd_rad).array().max(kSettled))
+                  .all();
     say(Printed("pass %d: turned by %.3f deg, corners fit to %.2f px", pass + 1,
                 rig->mounting_rad.norm() / core::kRadFromDeg, result.residual_px));
   }

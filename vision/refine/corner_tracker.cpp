@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "vision/refine/patch_align.hpp"
 #include "vision/stereo/rectifier.hpp"
 
 namespace kawara::vision {
@@ -16,10 +17,12 @@ constexpr double kGridDensity = 0.9;
 constexpr double kPoleCap = 12.0 * core::kRadFromDeg;
 constexpr int kWindow = 15;  ///< of Lucas and Kanade [px]
 constexpr int kLevels = 3;   ///< above the full size
+/// Before patches are aligned: their gradients are then those of a smooth surface [px].
+constexpr double kSmooth_px = 0.8;
 /// Forth and back a corner must come home within this [px].
 constexpr float kHome = 0.25F;
 /// No corner is nearer to where the camera sees nothing [px].
-constexpr int kMargin = kWindow / 2 + 2;
+constexpr int kMargin = PatchAlignOptions{}.half_px + 2;
 /// Corners are looked for at half size; this block's gradients make one.
 constexpr int kCornerBlock = 5;
 
@@ -27,6 +30,7 @@ struct GreyPicture {
   cv::Mat grey;
   cv::Mat inside;  ///< 255 where a window sees the camera's picture only
   std::vector<cv::Mat> pyramid;
+  cv::Mat smooth;  ///< what patches are aligned on
 };
 
 /// Green counts most, as it does in the eye and in the sensor's mosaic.
@@ -51,6 +55,8 @@ void ToGrey(const RectifiedPicture& picture, GreyPicture& out) {
   const cv::Size margin(2 * kMargin + 1, 2 * kMargin + 1);
   cv::erode(out.inside, out.inside, cv::getStructuringElement(cv::MORPH_RECT, margin),
             cv::Point(-1, -1), 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  out.grey.convertTo(out.smooth, CV_32F);
+  cv::GaussianBlur(out.smooth, out.smooth, cv::Size(), kSmooth_px);
   cv::buildOpticalFlowPyramid(out.grey, out.pyramid, cv::Size(kWindow, kWindow), kLevels);
 }
 
@@ -71,6 +77,12 @@ Eigen::Vector3d RayOf(const EpipolarGrid& grid, const cv::Point2f& at) {
   return EpipolarPair::Ray(grid.alpha_rad(static_cast<double>(at.x)),
                            (static_cast<double>(at.y) + 0.5) / grid.px_per_rad);
 }
+
+LevelsView ViewOf(const cv::Mat& levels) {
+  return {levels.ptr<float>(), levels.cols, levels.rows,
+          static_cast<std::ptrdiff_t>(levels.step1())};
+}
+Eigen::Vector2f ToEigen(const cv::Point2f& at) { return {at.x, at.y}; }
 
 }  // namespace
 
@@ -168,9 +180,25 @@ class CornerTracker::Implementation {
     const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01);
     cv::calcOpticalFlowPyrLK(a_.pyramid, b_.pyramid, places_a_, places_b_, forth_, error_, window,
                              kLevels, until);
+    Align();
+  }
+
+  /// From there to where the slanted patch lies, and back.
+  void Align() {
     home_ = places_a_;
-    cv::calcOpticalFlowPyrLK(b_.pyramid, a_.pyramid, places_b_, home_, back_, error_, window, 0,
-                             until, cv::OPTFLOW_USE_INITIAL_FLOW);
+    back_.assign(places_a_.size(), 0);
+    const LevelsView a = ViewOf(a_.smooth), b = ViewOf(b_.smooth);
+    for (std::size_t i = 0; i < places_a_.size(); ++i) {
+      if (forth_[i] == 0) continue;
+      const Eigen::Vector2f from = ToEigen(places_a_[i]);
+      const auto there = AlignPatch(a, b, from, ToEigen(places_b_[i]));
+      if (!there) continue;
+      const auto home = AlignPatch(b, a, *there, from);
+      if (!home) continue;
+      places_b_[i] = {there->x(), there->y()};
+      home_[i] = {home->x(), home->y()};
+      back_[i] = 1;
+    }
   }
 
   CornerTrackerOptions options_;

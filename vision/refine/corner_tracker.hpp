@@ -24,7 +24,8 @@ struct TrackedCorner {
 
 /// Follows corners from one picture to the next. Both are brought onto the sphere that stereo uses
 /// (epipolar_pair.hpp): turns between them vanish, and what is left is a small shift away from the
-/// pole, whatever the camera's model. There, pyramidal Lucas and Kanade forth and back, sub-pixel.
+/// pole, whatever the camera's model. There, pyramidal Lucas and Kanade, then as a slanted patch
+/// forth and back (patch_align.hpp).
 /// The poses only have to be good to some degrees and a quarter of the step. Keeps its memory; one
 /// thread at a time.
 class CornerTracker {
