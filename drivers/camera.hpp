@@ -16,7 +16,8 @@ struct Frame {
   std::uint32_t sequence = 0;          ///< counted by the camera, gaps are lost frames
   std::uint32_t trigger_sequence = 0;  ///< which trigger made it, as the camera knows; 0 unknown
   core::MonoTime exposure_start;       ///< start of exposure on this machine's clock
-  core::MonoTime arrival;              ///< when the whole frame was here
+  core::Duration exposure{};  ///< how long the shutter was open; 0: the camera does not tell
+  core::MonoTime arrival;     ///< when the whole frame was here
   PixelFormat format = PixelFormat::kJpeg;
   std::uint32_t width = 0;
   std::uint32_t height = 0;

@@ -282,8 +282,9 @@ void NtripClient::FailWith(core::MonoTime now, const char* event, core::Severity
   pause = core::DurationFromSeconds(core::ToSeconds(pause) * jitter);
   state_ = State::kPausing;
   retry_at_ = now + pause;
-  last_error_ = error.message + "; next try in " + Seconds(pause);
-  events_.Push(now, severity, event, core::EventText(std::string_view(last_error_)));
+  last_error_ = error.message;
+  const std::string line = last_error_ + "; next try in " + Seconds(pause);
+  events_.Push(now, severity, event, core::EventText(std::string_view(line)));
 }
 
 void NtripClient::Close() {

@@ -76,7 +76,7 @@ class NtripClient {
   const Stats& stats() const { return stats_; }
   const std::string& last_error() const {
     return last_error_;
-  }  ///< whole line, also where the event's was cut
+  }  ///< whole, also where the event's was cut
 
  private:
   struct Address {

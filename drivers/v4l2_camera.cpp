@@ -113,7 +113,8 @@ std::string V4l2Camera::UnansweredText() const {
 core::Expected<void> V4l2Camera::Set(const V4l2Settings& settings) {
   if (!session_) return core::Fail(core::ErrorCode::kUnavailable, "camera: not open");
   auto set = session_->controls().Set(settings);
-  rule_.exposure = session_->Exposure().value_or(config_.stamps.exposure);
+  const core::Duration length = session_->Exposure().value_or(config_.stamps.exposure);
+  if (length != rule_.exposure) next_exposure_ = {now_(), length};
   return set;
 }
 
@@ -131,6 +132,7 @@ core::Expected<void> V4l2Camera::Open() {
   stamps_.Reset();
   rule_ = config_.stamps;
   rule_.exposure = session_->Exposure().value_or(config_.stamps.exposure);
+  next_exposure_.reset();
   description_ = session_->Description();
   last_sequence_.reset();
   last_life_ = now_();
@@ -242,13 +244,10 @@ core::Expected<std::shared_ptr<Frame>> V4l2Camera::Receive(const V4l2Loan& loan)
     tally_->error_frames.Add();
     return nullptr;
   }
-  const V4l2StampClock::Stamp stamp =
-      stamps_.Take(loan.stamp_s, loan.stamp_us, loan.flags, loan.arrival, rule_);
-  if (stamp.foreign) tally_->foreign_stamps.Add();
   auto frame = std::make_shared<Frame>();
   frame->sequence = loan.sequence;
-  frame->exposure_start = stamp.exposure_start;
   frame->arrival = loan.arrival;
+  StampExposure(loan, *frame);
   if (!FillPicture(*frame)) {
     tally_->damaged_frames.Add();
     return nullptr;
@@ -260,6 +259,21 @@ core::Expected<std::shared_ptr<Frame>> V4l2Camera::Receive(const V4l2Loan& loan)
   restarted_ = false;
   trouble_.reset();
   return frame;
+}
+
+void V4l2Camera::StampExposure(const V4l2Loan& loan, Frame& frame) {
+  V4l2StampClock::Stamp stamp =
+      stamps_.Take(loan.stamp_s, loan.stamp_us, loan.flags, loan.arrival, rule_);
+  if (stamp.foreign) tally_->foreign_stamps.Add();
+  if (next_exposure_ && stamp.exposure_start >= next_exposure_->set) {
+    if (stamp.of_end) {
+      stamp.exposure_start = stamp.exposure_start + rule_.exposure - next_exposure_->length;
+    }
+    rule_.exposure = next_exposure_->length;
+    next_exposure_.reset();
+  }
+  frame.exposure_start = stamp.exposure_start;
+  frame.exposure = rule_.exposure;
 }
 
 bool V4l2Camera::FillPicture(Frame& frame) const {

@@ -53,7 +53,8 @@ class V4l2Camera final : public Camera {
   core::Expected<std::shared_ptr<const Frame>> Next(core::Duration timeout) override;
   std::string Description() const override { return description_; }
 
-  /// Sets controls of the open camera. kUnavailable: it is not open. Camera thread only.
+  /// Sets controls of the open camera; a length of exposure among them is that of frames that begin
+  /// later. kUnavailable: it is not open. Camera thread only.
   core::Expected<void> Set(const V4l2Settings& settings);
   /// Null: not open. Camera thread only.
   V4l2Session* session() { return session_.get(); }
@@ -69,6 +70,7 @@ class V4l2Camera final : public Camera {
   core::MonoTime SilentSince() const;
   /// Copies and gives back; null: the frame is left out.
   core::Expected<std::shared_ptr<Frame>> Receive(const V4l2Loan& loan);
+  void StampExposure(const V4l2Loan& loan, Frame& frame);
   bool FillPicture(Frame& frame) const;
   void CountGap(std::uint32_t sequence);
   void PullTrigger();
@@ -84,6 +86,11 @@ class V4l2Camera final : public Camera {
   std::mutex session_mutex_;  ///< session_ against the trigger thread, which uses its controls
   V4l2StampClock stamps_;
   V4l2StampRule rule_;
+  struct NextExposure {
+    core::MonoTime set;  ///< of frames that begin after this
+    core::Duration length{};
+  };
+  std::optional<NextExposure> next_exposure_;
   std::string description_;
   std::vector<std::uint8_t> copy_;
   std::optional<std::uint32_t> last_sequence_;

@@ -33,7 +33,8 @@ V4l2StampClock::Stamp V4l2StampClock::Take(std::int64_t stamp_s, std::int64_t st
     // By how much this frame was later than the promptest one.
     stamp.exposure_start = arrival - Wrapped(Count(delay), Count(LeastDelay(stamp_ns, arrival)));
   }
-  if ((flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) != V4L2_BUF_FLAG_TSTAMP_SRC_SOE) {
+  stamp.of_end = (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) != V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  if (stamp.of_end) {
     stamp.exposure_start = stamp.exposure_start - rule.readout - rule.exposure;
   }
   return stamp;

@@ -30,6 +30,7 @@ class V4l2StampClock {
   struct Stamp {
     core::MonoTime exposure_start;
     bool foreign = false;  ///< not of CLOCK_MONOTONIC: shifted by arrivals
+    bool of_end = false;   ///< the device stamped the frame's end: the exposure was taken off
   };
   struct Stats {
     std::uint64_t foreign = 0;

@@ -41,8 +41,17 @@ void CameraReader::Run() {
   }
 }
 
+/// Ahead of the frame that is the first to be exposed so.
+void CameraReader::TellShutter(const drivers::Frame& frame) {
+  if (frame.exposure.count() == 0 || frame.exposure == shutter_) return;
+  if (inbox_.Post(InputKind::kShutter, frame.arrival, Pack(frame.exposure))) {
+    shutter_ = frame.exposure;
+  }
+}
+
 void CameraReader::Take(const std::shared_ptr<const drivers::Frame>& frame) {
   frames_counter_.Add();
+  TellShutter(*frame);
   const auto slot = frames_.Put(frame);
   if (!slot) return no_slot_.Add();
   FrameInput input;

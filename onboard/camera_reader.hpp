@@ -13,7 +13,8 @@
 namespace kawara::onboard {
 
 /// The camera's thread: takes frames as they come, parks them in the table and tells the core. Says
-/// once when the camera is gone and once when it is back.
+/// once when the camera is gone and once when it is back, and how long it exposes whenever that
+/// changes.
 class CameraReader {
  public:
   /// Sees each frame on the camera's thread, before it is handed on.
@@ -29,6 +30,7 @@ class CameraReader {
  private:
   void Run();
   void Take(const std::shared_ptr<const drivers::Frame>& frame);
+  void TellShutter(const drivers::Frame& frame);
 
   drivers::Camera& camera_;
   FrameTable& frames_;
@@ -37,6 +39,7 @@ class CameraReader {
   Watch watch_;
   core::Counter& frames_counter_;
   core::Counter& no_slot_;
+  core::Duration shutter_{};  ///< the core was told last
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/ntrip_client.hpp"
 #include "drivers/reconnecting_port.hpp"
 #include "onboard/realtime.hpp"
 
@@ -17,6 +16,17 @@ constexpr core::Duration kNap = core::Milliseconds(200);
 constexpr std::size_t kChunkBytes = 1024;
 
 }  // namespace
+
+drivers::NtripClientConfig NtripConfigOf(const CorrectionsConfig& config) {
+  drivers::NtripClientConfig client;
+  client.caster.host = config.host;
+  client.caster.port = static_cast<std::uint16_t>(config.port);
+  client.caster.mountpoint = config.mountpoint;
+  client.caster.user = config.user;
+  client.caster.password = config.password;
+  client.caster.version = config.ntrip_version;
+  return client;
+}
 
 CorrectionSource::CorrectionSource(const CorrectionsConfig& config, InputInbox& inbox)
     : config_(config), inbox_(inbox) {
@@ -34,15 +44,8 @@ void CorrectionSource::Stop() {
 void CorrectionSource::RunNtrip() {
   BecomeBackground("corrections", 0);
   core::Events events;
-  drivers::NtripClientConfig client_config;
-  client_config.caster.host = config_.host;
-  client_config.caster.port = static_cast<std::uint16_t>(config_.port);
-  client_config.caster.mountpoint = config_.mountpoint;
-  client_config.caster.user = config_.user;
-  client_config.caster.password = config_.password;
-  client_config.caster.version = config_.ntrip_version;
   drivers::NtripClient client(
-      client_config, events,
+      NtripConfigOf(config_), events,
       [this](core::MonoTime now, std::span<const std::uint8_t> bytes) { Post(now, bytes); });
   std::uint64_t streams = 0;
   while (!stopping_.load(std::memory_order_relaxed)) {

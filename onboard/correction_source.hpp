@@ -4,10 +4,14 @@
 
 #include "core/measurements.hpp"
 #include "core/spsc_ring.hpp"
+#include "drivers/ntrip_client.hpp"
 #include "onboard/config.hpp"
 #include "onboard/input_inbox.hpp"
 
 namespace kawara::onboard {
+
+/// Of corrections with `source: ntrip`.
+drivers::NtripClientConfig NtripConfigOf(const CorrectionsConfig& config);
 
 /// The corrections thread: fetches RTCM from an NTRIP caster or a serial radio and puts the bytes
 /// into the core's inbox. (Corrections over LCM come in through the pump.) Resolving names and

@@ -6,7 +6,7 @@
 namespace kawara::onboard {
 namespace {
 
-constexpr std::array<std::pair<InputKind, std::string_view>, 11> kChannels{{
+constexpr std::array<std::pair<InputKind, std::string_view>, 12> kChannels{{
     {InputKind::kGpsBytes, "RAW.GPS"},
     {InputKind::kAhrsBytes, "RAW.AHRS"},
     {InputKind::kCorrectionBytes, "RAW.CORRECTIONS"},
@@ -17,11 +17,29 @@ constexpr std::array<std::pair<InputKind, std::string_view>, 11> kChannels{{
     {InputKind::kSystemClock, "RAW.UTC"},
     {InputKind::kNote, "RAW.NOTE"},
     {InputKind::kPulse, "RAW.PPS"},
+    {InputKind::kShutter, "RAW.SHUTTER"},
     {InputKind::kFrame, "FRAME"},
 }};
 
 std::string_view TextOf(std::span<const std::uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+template <class Number>
+std::array<std::uint8_t, sizeof(Number)> LittleEndian(Number value) {
+  std::array<std::uint8_t, sizeof(Number)> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+  }
+  return bytes;
+}
+
+template <class Number>
+bool FromLittleEndian(std::span<const std::uint8_t> bytes, Number& value) {
+  if (bytes.size() != sizeof(value)) return false;
+  value = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) value |= Number{bytes[i]} << (8 * i);
+  return true;
 }
 
 bool ToSeverity(char c, core::Severity& severity) {
@@ -51,18 +69,20 @@ NoteBytes Pack(const EventNote& note) {
 }
 
 std::array<std::uint8_t, 4> Pack(std::uint32_t pulse_sequence) {
-  std::array<std::uint8_t, 4> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    bytes[i] = static_cast<std::uint8_t>(pulse_sequence >> (8 * i));
-  }
-  return bytes;
+  return LittleEndian(pulse_sequence);
+}
+std::array<std::uint8_t, 8> Pack(core::Duration length) {
+  return LittleEndian(static_cast<std::uint64_t>(length.count()));
 }
 
 bool Unpack(std::span<const std::uint8_t> bytes, std::uint32_t& pulse_sequence) {
-  if (bytes.size() != sizeof(pulse_sequence)) return false;
-  pulse_sequence = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    pulse_sequence |= std::uint32_t{bytes[i]} << (8 * i);
+  return FromLittleEndian(bytes, pulse_sequence);
+}
+
+bool Unpack(std::span<const std::uint8_t> bytes, core::Duration& length) {
+  std::uint64_t ns = 0;
+  if (!FromLittleEndian(bytes, ns)) return false;
+  length = core::Duration(static_cast<std::int64_t>(ns));
   return true;
 }
 

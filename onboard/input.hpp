@@ -25,6 +25,7 @@ enum class InputKind : std::uint8_t {
   kSystemClock,      ///< int64 little-endian: UTC ns of the computer's clock at `mono`
   kNote,             ///< an EventNote: something another thread has to tell
   kPulse,            ///< an edge of the receiver's PPS at `mono`; its uint32 count, little-endian
+  kShutter,          ///< frames from now on are exposed so long: a Duration
   kFrame,            ///< a frame is here; the frame itself travels beside the input
 };
 
@@ -67,10 +68,13 @@ NoteBytes Pack(const PortNote& note);
 NoteBytes Pack(const EventNote& note);
 /// Payload of kPulse.
 std::array<std::uint8_t, 4> Pack(std::uint32_t pulse_sequence);
+/// Payload of kShutter: ns, little-endian.
+std::array<std::uint8_t, 8> Pack(core::Duration length);
 /// False: not what Pack made. Views point into `bytes`.
 bool Unpack(std::span<const std::uint8_t> bytes, PortNote& note);
 bool Unpack(std::span<const std::uint8_t> bytes, EventNote& note);
 bool Unpack(std::span<const std::uint8_t> bytes, std::uint32_t& pulse_sequence);
+bool Unpack(std::span<const std::uint8_t> bytes, core::Duration& length);
 inline std::span<const std::uint8_t> BytesOf(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }

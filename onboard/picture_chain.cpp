@@ -18,6 +18,9 @@ constexpr core::Duration kMarkPatience = core::Milliseconds(200);
 /// The configured lead is worth a word if it is off by more than that.
 constexpr core::Duration kLeadTolerance = core::Milliseconds(2);
 
+/// Longer than any camera of a robot that drives exposes.
+constexpr core::Duration kLongestExposure = core::Seconds(1);
+
 /// Stamps of frames scatter by so much.
 constexpr core::Duration kStampScatter = core::Milliseconds(3);
 
@@ -55,6 +58,10 @@ void PictureChain::OnFix(const core::GnssFix& fix) {
   fix_is_new_ = true;
   geoid_separation_m_ = fix.geoid_separation_m;
   hdop_ = fix.hdop;
+}
+
+void PictureChain::OnShutter(core::Duration length) {
+  if (length.count() > 0 && length <= kLongestExposure) half_exposure_ = length / 2;
 }
 
 void PictureChain::OnSystemClock(core::MonoTime mono, core::UtcTime utc) {
@@ -115,6 +122,7 @@ void PictureChain::OnFrame(core::MonoTime now, const FrameInput& frame) {
            .give_up = middle + patience_.Get(),
            .fired = exposure->fired,
            .stamp = frame.exposure_start,
+           .half_exposure = half_exposure_,
            .wants_mark = camera_.event_mark != "none",
            .mark_window = MarkWindow()};
   SendPoses(now);
@@ -145,7 +153,7 @@ void PictureChain::TakeMark(core::MonoTime now, Awaiting& wait) {
   wait.wants_mark = false;
   const core::MonoTime seen = timeline_.ToMono(*mark).time;
   const core::MonoTime start = of_trigger ? seen + lead : seen;
-  wait.exposure = start + half_exposure_;
+  wait.exposure = start + wait.half_exposure;
   shutter_.Learn(wait.fired, wait.stamp, start);
   if (shutter_.seen() == ShutterModel::kEnough) TellOfLead(now);
 }
@@ -167,7 +175,7 @@ void PictureChain::TellOfLead(core::MonoTime now) {
 void PictureChain::DoWithoutMark(core::MonoTime now, Awaiting& wait) {
   if (!wait.wants_mark || !timeline_.valid()) return;
   if (const auto start = shutter_.StartOf(wait.fired, wait.stamp)) {
-    wait.exposure = *start + half_exposure_;
+    wait.exposure = *start + wait.half_exposure;
   }
   if (!marks_.Miss()) return;
   events_.WarnHigh(now, "camera.no_mark",

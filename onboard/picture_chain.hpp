@@ -36,6 +36,8 @@ class PictureChain {
   void OnFix(const core::GnssFix& fix);
   void OnAhrs(const core::AhrsSample& sample) { newest_attitude_ = sample.sampled; }
   void OnFrame(core::MonoTime now, const FrameInput& frame);
+  /// The camera exposes frames so long from now on, whatever was configured. Nonsense is ignored.
+  void OnShutter(core::Duration length);
   /// The receiver saw the shutter, or its trigger (CameraConfig::event_mark).
   void OnMark(core::GpsTime mark) { marks_.OnMark(mark); }
   void OnPictureDone();
@@ -62,7 +64,8 @@ class PictureChain {
     core::MonoTime exposure;  ///< its middle
     core::MonoTime give_up;
     core::MonoTime fired;
-    core::MonoTime stamp;     ///< the camera's own, of the start
+    core::MonoTime stamp;  ///< the camera's own, of the start
+    core::Duration half_exposure{};
     bool wants_mark = false;  ///< and has none yet
     core::Duration mark_window{};
   };
@@ -85,7 +88,7 @@ class PictureChain {
   FramePairing pairing_;
   EventMarks marks_;
   ShutterModel shutter_;
-  core::Duration half_exposure_;
+  core::Duration half_exposure_;  ///< of the frames that come now
   std::uint32_t trigger_sequence_ = 0;
   std::int64_t epoch_ = 0;
   int in_flight_ = 0;

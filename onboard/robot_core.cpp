@@ -84,6 +84,9 @@ void RobotCore::OnInput(const Input& input) {
     case InputKind::kPulse:
       OnPulse(input);
       break;
+    case InputKind::kShutter:
+      OnShutter(input);
+      break;
     case InputKind::kTick:
     case InputKind::kFrame:
       break;
@@ -181,6 +184,11 @@ void RobotCore::OnNote(const Input& input) {
 void RobotCore::OnPulse(const Input& input) {
   std::uint32_t sequence = 0;
   if (Unpack(input.bytes, sequence)) pulses_.OnEdge(input.mono, sequence);
+}
+
+void RobotCore::OnShutter(const Input& input) {
+  core::Duration length{};
+  if (Unpack(input.bytes, length)) pictures_.OnShutter(length);
 }
 
 void RobotCore::OnSystemClock(const Input& input) {

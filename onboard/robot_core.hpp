@@ -40,6 +40,7 @@ class RobotCore : private GpsListener, private AhrsListener {
   void OnCommand(const Input& input);
   void OnNote(const Input& input);
   void OnPulse(const Input& input);
+  void OnShutter(const Input& input);
   void OnSystemClock(const Input& input);
   void ForwardCorrections();
   void Advance(core::MonoTime now);

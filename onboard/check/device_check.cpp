@@ -8,12 +8,15 @@
 #include "core/counters.hpp"
 #include "drivers/serial_port.hpp"
 #include "onboard/camera_source.hpp"
+#include "onboard/correction_source.hpp"
 #include "onboard/pps_source.hpp"
 
 namespace kawara::onboard {
 namespace {
 
 constexpr core::Duration kListen = core::Milliseconds(2500);
+/// For a name to be resolved, a connection made and an answer given.
+constexpr core::Duration kAnswer = core::Seconds(5);
 
 /// Bytes that come of themselves within kListen.
 std::size_t Listen(drivers::SerialPort& port) {
@@ -91,6 +94,30 @@ Finding CheckPulse(const PpsSettings& settings) {
   return Good(subject, "comes");
 }
 
+/// The caster's stream, asked for as the robot does.
+Finding CheckCaster(const CorrectionsConfig& corrections) {
+  const std::string subject =
+      "corrections " + corrections.host + ":" + std::to_string(corrections.port);
+  core::Events events;
+  std::size_t bytes = 0;
+  drivers::NtripClient client(
+      NtripConfigOf(corrections), events,
+      [&](core::MonoTime, std::span<const std::uint8_t> some) { bytes += some.size(); });
+  const core::MonoTime end = core::MonoNow() + kAnswer;
+  while (core::MonoNow() < end && bytes == 0) {
+    client.Service(core::MonoNow());
+    if (client.stats().failures > 0) return Wrong(subject, client.last_error());
+    client.Wait(core::MonoNow(), core::Milliseconds(100));
+  }
+  if (bytes > 0) return Good(subject, "stream " + corrections.mountpoint + " comes");
+  if (client.stats().streams > 0) {
+    return Weak(subject,
+                "answers, but nothing comes in 5 s; a network's virtual station begins "
+                "when the robot has a position, else: does its base send?");
+  }
+  return Weak(subject, "no answer in 5 s: address, port, network?");
+}
+
 }  // namespace
 
 Findings CheckDevices(const OnboardConfig& config) {
@@ -102,6 +129,7 @@ Findings CheckDevices(const OnboardConfig& config) {
     findings.push_back(
         CheckSerial("corrections", config.corrections.device, config.corrections.baud_bps, true));
   }
+  if (config.corrections.source == "ntrip") findings.push_back(CheckCaster(config.corrections));
   if (config.camera.source != "none") findings.push_back(CheckCamera(config));
   if (!config.gps.pps.device.empty()) findings.push_back(CheckPulse(config.gps.pps));
   return findings;

@@ -2,8 +2,10 @@
 import os
 import pathlib
 import shutil
+import socket
 import subprocess
 import tempfile
+import threading
 import unittest
 
 from processes import BIN, SOURCE, Processes, run, wait_for
@@ -46,6 +48,29 @@ class CheckTest(unittest.TestCase):
         for subject, line in zip(("recording", "gps", "ahrs", "pulse"), wrong):
             self.assertIn(subject, line)
         self.assertEqual(done.stderr, "")
+
+    def check_caster(self, answer):
+        """The check's line on corrections from a caster that answers so."""
+        with socket.create_server(("127.0.0.1", 0)) as caster:
+            def serve():
+                with caster.accept()[0] as client:
+                    client.recv(4096)
+                    client.sendall(answer)
+                    client.recv(4096)  # until the check hangs up
+
+            thread = threading.Thread(target=serve, daemon=True)
+            thread.start()
+            done = run("kawara-onboard", *self.words(self.folder / "nowhere", **{
+                "corrections.source": "ntrip", "corrections.host": "127.0.0.1", "corrections.port": caster.getsockname()[1],
+                "corrections.mountpoint": "BASE"}))
+            thread.join(10)
+            return next(line for line in done.stdout.splitlines() if " corrections 127.0.0.1:" in line)
+
+    def test_the_caster_is_asked_for_corrections(self):
+        rtcm = (SOURCE / "tests/hil/test_check.py").read_bytes()[:200]  # whatever it sends: the robot sifts it
+        self.assertRegex(self.check_caster(b"ICY 200 OK\r\n\r\n" + rtcm), r"^good .*: stream BASE comes$")
+        self.assertRegex(self.check_caster(b"HTTP/1.1 401 Unauthorized\r\n\r\n"), r"^WRONG .*user.*password")
+        self.assertRegex(self.check_caster(b"ICY 200 OK\r\n\r\n"), r"^weak .*nothing comes.*position")
 
     def test_an_ordinary_user_is_told_the_rights_that_are_missing(self):
         if os.geteuid() != 0:

@@ -4,7 +4,7 @@
 # port whose interrupt line is an input for pulses per second (/dev/pps0), a second serial port (/dev/ttyS1), a GPIO chip
 # (the driver of an I/O card on a SCSI card, whose memory takes the place of the registers and may be looked at:
 # iomem=relaxed), a USB serial adapter (/dev/ttyUSB0) whose other end is /dev/ttyS2 and which is pulled and plugged by
-# orders to QEMU through /dev/ttyS3, a loopback network. The program is the one
+# orders to QEMU through /dev/ttyS3, a loopback network, systemd as process 1. The program is the one
 # built here with this machine's libraries: /usr and the source tree are mounted read-only at the same places. Nothing
 # is installed and no module is loaded outside.
 #
@@ -29,6 +29,8 @@ impossible() {
 for pair in python3:python3 qemu-system-x86_64:qemu-system-x86 busybox:busybox-static depmod:kmod cpio:cpio; do
   command -v "${pair%%:*}" >/dev/null || impossible "${pair%%:*} is missing (Debian package ${pair#*:})"
 done
+
+[ -x /usr/lib/systemd/systemd ] || impossible "systemd is missing (Debian package systemd)"
 
 # The kernel: of Debian's newest package the image and what this machine needs of its modules.
 modules='9p 9pnet_virtio virtio_pci vivid parport_pc pps_parport gpio-pci-idio-16 xhci_pci ftdi_sio'
@@ -89,7 +91,8 @@ exec 9>&-
 
 job=$(mktemp -d "${TMPDIR:-/tmp}/kawara-vm.XXXXXX")
 cable=
-trap '[ -z "$cable" ] || kill "$cable" 2>/dev/null; rm -rf "$job"' EXIT
+# The cable ends by itself with the machine: then there is nothing to kill, and that is no failure.
+trap '[ -z "$cable" ] || kill "$cable" 2>/dev/null || true; rm -rf "$job"' EXIT
 mkdir "$job/etc"
 cp -a /etc/ld.so.cache /etc/alternatives "$job/etc/"
 echo "s0 $tree" >"$job/shares"

@@ -104,7 +104,7 @@ class Robot {
 
   void Take(std::uint8_t kind, std::uint8_t time, Bytes bytes) {
     now_ += StepOf(time);
-    switch (kind % 14) {
+    switch (kind % 15) {
       case 0:
         return Give(InputKind::kGpsBytes, bytes);
       case 1:
@@ -131,6 +131,8 @@ class Robot {
         return Give(InputKind::kNote, bytes);
       case 12:
         return Frame(bytes);
+      case 13:
+        return Give(InputKind::kShutter, bytes);
       default:
         return Give(InputKind::kPulse, bytes);
     }

@@ -110,12 +110,20 @@ TEST_F(V4l2CameraOfScript, TheCamerasOwnExposureIsTakenWhileItIsManual) {
   script_.controls[V4L2_CID_EXPOSURE_ABSOLUTE] = {
       V4L2_CTRL_TYPE_INTEGER, "Exposure Time, Absolute", 1, 5000, 40, 0, {}};
   config_.stamps.exposure = core::Milliseconds(1);
-  script_.frames = {Numbered(0), Numbered(1)};
+  script_.frames = {Numbered(0), Numbered(1), Numbered(2), Numbered(3)};
+  script_.frames[1].age = core::Milliseconds(130);  // frames come every 100 ms
   const auto automatic = Next().value();
   EXPECT_EQ(automatic->arrival - automatic->exposure_start, core::Milliseconds(1));
+  EXPECT_EQ(automatic->exposure, core::Milliseconds(1));
   ASSERT_TRUE(Camera().Set({{"exposure_time_absolute", "50"}, {"auto_exposure", "manual mode"}}));
-  const auto manual = Next().value();
-  EXPECT_EQ(manual->arrival - manual->exposure_start, core::Milliseconds(5));
+  const auto on_its_way = Next().value();  // began before the control was set
+  EXPECT_EQ(on_its_way->arrival - on_its_way->exposure_start, core::Milliseconds(131));
+  EXPECT_EQ(on_its_way->exposure, core::Milliseconds(1));
+  for (int i = 0; i < 2; ++i) {
+    const auto manual = Next().value();
+    EXPECT_EQ(manual->arrival - manual->exposure_start, core::Milliseconds(5));
+    EXPECT_EQ(manual->exposure, core::Milliseconds(5));
+  }
   // The switch first, although it was written last.
   EXPECT_EQ(script_.sets, (std::vector<std::pair<std::string, std::int64_t>>{
                               {"auto_exposure", 1}, {"exposure_time_absolute", 50}}));

@@ -43,6 +43,32 @@ TEST(PictureMarks, TheReceiversTimeOfTheShutterIsThePicturesTime) {
   EXPECT_EQ(Told(world.sink, "camera.lead"), 1);
 }
 
+TEST(PictureMarks, ThePoseIsOfTheMiddleOfTheExposureAsLongAsTheCameraTells) {
+  World<Recording> world(MarkedConfig("exposure"));
+  std::set<core::GpsTime> starts;
+  world.mark = [&](std::int64_t ms) { return *starts.insert(Gps(ms) + kLead).first; };
+  const auto shutter = [&](std::int64_t ms, core::Duration length) {
+    const auto bytes = Pack(length);
+    world.Give(InputKind::kShutter, ms, {reinterpret_cast<const char*>(bytes.data()), 8});
+  };
+  world.Run(0, 10'000);
+  const std::size_t before = world.sink.poses.size();
+  shutter(10'000, core::Milliseconds(8));
+  shutter(10'000, core::Seconds(3000));  // nonsense is ignored
+  shutter(10'000, core::Milliseconds(-8));
+  world.Give(InputKind::kShutter, 10'000, "123");
+  world.Run(10'000, 20'000);
+  ASSERT_GE(before, 5U);
+  ASSERT_GE(world.sink.poses.size(), before + 5);
+  for (std::size_t i = 0; i < world.sink.poses.size(); ++i) {
+    const core::Duration after_start = core::Milliseconds(i < before ? 0 : 4);
+    EXPECT_TRUE(std::any_of(starts.begin(), starts.end(), [&](core::GpsTime start) {
+      const core::Duration error = world.sink.poses[i].camera.time - (start + after_start);
+      return std::chrono::abs(error) <= core::Nanoseconds(200);
+    })) << i;
+  }
+}
+
 TEST(PictureMarks, OfATriggerTheyNeedTheLead) {
   OnboardConfig config = MarkedConfig("trigger");
   config.camera.trigger_lead_s = 0.005;
