@@ -11,7 +11,7 @@ namespace kawara::calibrate {
 struct MountingOptions {
   std::string survey;          ///< folder with pictures, poses and camera.yaml
   std::string out;             ///< mounting.yaml
-  double step_m = 0.45;        ///< between frames that are used
+  double step_m = 0.28;        ///< between frames that are used
   double believed_deg = 2.0;   ///< how well camera.yaml's mounting is known, each axis, 1 sigma
   double wanted_sd_deg = 0.2;  ///< an axis known worse than this is refused
 };

@@ -7,6 +7,7 @@
 #include <iomanip>
 #include <limits>
 #include <sstream>
+#include <tuple>
 
 #include "vision/calibration/first_guess.hpp"
 
@@ -32,6 +33,8 @@ constexpr double kPoorRms = 0.7;
 constexpr double kMargin = 0.05;
 /// Models whose cross validation differs by less are as good.
 constexpr double kAsGood = 1.02;
+/// A focal length is known if its deviation is a smaller part of it.
+constexpr double kKnownFocal = 0.05;
 
 template <class... Parts>
 std::string Text(const Parts&... parts) {
@@ -103,6 +106,15 @@ double AngleOf(const TrialCamera& camera, double radius, double low_rad, double 
     (camera.Radius(middle) < radius ? low_rad : high_rad) = middle;
   }
   return 0.5 * (low_rad + high_rad);
+}
+
+/// A focal length that nothing tells although directions are well known: of double sphere about
+/// xi = 0, or of Mei where boards did not reach far out, others take its part.
+bool MakeUpForEachOther(const CameraCalibration& made) {
+  return std::ranges::any_of(made.numbers, [](const EstimatedNumber& number) {
+    const bool focal = number.name == "fx_px" || number.name == "a0";
+    return focal && number.sd > kKnownFocal * std::abs(number.value);
+  });
 }
 
 }  // namespace
@@ -245,6 +257,11 @@ void Calibrator::Judge(CameraCalibration& made) const {
     made.warnings.push_back(Text("directions are projected to ", made.projection_sd_px,
                                  " px (1 sigma) at the worst: more pictures would help"));
   }
+  if (MakeUpForEachOther(made)) {
+    made.warnings.push_back(
+        "the numbers of this model make up for each other (their deviations): together they give "
+        "good directions, one by one they mean nothing; --model auto looks for one where they do");
+  }
   if (made.left_out > 0.05 * static_cast<double>(all)) {
     made.warnings.push_back(
         Text(made.left_out, " of ", all, " corners contradict the rest and were left out"));
@@ -294,10 +311,11 @@ core::Expected<std::vector<CameraCalibration>> Calibrator::CalibrateAll() const 
   double best = std::numeric_limits<double>::infinity();
   for (const auto& made : all) best = std::min(best, made.cross_validated_px);
   const auto rank = [best](const CameraCalibration& made) {
-    // As good as the best: by the count of numbers. The others behind, by what they miss.
+    // As good as the best: those whose numbers mean something first, by their count. The others
+    // behind, by what they miss.
     const bool good = made.cross_validated_px <= kAsGood * best;
-    return std::pair(good ? 0.0 : made.cross_validated_px,
-                     good ? static_cast<double>(made.numbers.size()) : 0.0);
+    return std::tuple(good ? 0.0 : made.cross_validated_px, good && MakeUpForEachOther(made),
+                      good ? made.numbers.size() : 0);
   };
   std::ranges::stable_sort(all, std::ranges::less(), rank);
   return all;

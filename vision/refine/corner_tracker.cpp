@@ -20,7 +20,7 @@ constexpr int kLevels = 3;   ///< above the full size
 /// Before patches are aligned: their gradients are then those of a smooth surface [px].
 constexpr double kSmooth_px = 0.8;
 /// Forth and back a corner must come home within this [px].
-constexpr float kHome = 0.25F;
+constexpr float kHome = 0.1F;
 /// No corner is nearer to where the camera sees nothing [px].
 constexpr int kMargin = PatchAlignOptions{}.half_px + 2;
 /// Corners are looked for at half size; this block's gradients make one.
@@ -145,16 +145,19 @@ class CornerTracker::Implementation {
     const int side =
         std::max(6, static_cast<int>(std::sqrt(static_cast<double>(half_.total()) / cells)));
     const int columns = (half_.cols + side - 1) / side, rows = (half_.rows + side - 1) / side;
-    best_.assign(static_cast<std::size_t>(columns * rows), {0.0F, cv::Point2f()});
+    const auto cell = [&](int x, int y) {
+      return static_cast<std::size_t>(y / side) * static_cast<std::size_t>(columns) +
+             static_cast<std::size_t>(x / side);
+    };
+    best_.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows),
+                 {0.0F, cv::Point2f()});
     for (const cv::Point2f& at : places_a_) {
-      const int cell =
-          static_cast<int>(at.y / 2) / side * columns + static_cast<int>(at.x / 2) / side;
-      best_[static_cast<std::size_t>(cell)].first = -1.0F;  // taken
+      best_[cell(static_cast<int>(at.x / 2), static_cast<int>(at.y / 2))].first = -1.0F;  // taken
     }
     for (int y = 0; y < half_.rows; ++y) {
       const auto* strength = strength_.ptr<float>(y);
       for (int x = 0; x < half_.cols; ++x) {
-        auto& [best, place] = best_[static_cast<std::size_t>(y / side * columns + x / side)];
+        auto& [best, place] = best_[cell(x, y)];
         if (best < 0.0F || strength[x] <= best || strength[x] < least) continue;
         const cv::Point2f at(2.0F * static_cast<float>(x), 2.0F * static_cast<float>(y));
         if (!Inside(a_, at)) continue;
@@ -162,7 +165,7 @@ class CornerTracker::Implementation {
         place = at;
       }
     }
-    std::erase_if(best_, [](const auto& cell) { return cell.first <= 0.0F; });
+    std::erase_if(best_, [](const auto& corner) { return corner.first <= 0.0F; });
     std::stable_sort(best_.begin(), best_.end(),
                      [](const auto& one, const auto& other) { return one.first > other.first; });
     const std::size_t count = std::min(best_.size(), static_cast<std::size_t>(free));

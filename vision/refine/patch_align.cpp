@@ -46,7 +46,7 @@ struct PatchPixel {
 std::vector<PatchPixel> PatchOf(const LevelsView& picture, const Eigen::Vector2f& at, int half_px) {
   const auto half = static_cast<float>(half_px);
   const float sharpness = -0.5F / (half * half * kWindowSd * kWindowSd);
-  const auto side = static_cast<std::size_t>(2 * half_px + 1);
+  const std::size_t side = 2 * static_cast<std::size_t>(half_px) + 1;
   std::vector<PatchPixel> patch;
   patch.reserve(side * side);
   for (int v = -half_px; v <= half_px; ++v) {

@@ -88,7 +88,7 @@ TEST(PatchAlign, GivesNothingWhereThereIsNothingToFind) {
   EXPECT_FALSE(AlignPatch(a.view(), a.view(), {4.0F, 40.0F}, {4.0F, 40.0F}));
   EXPECT_FALSE(AlignPatch(a.view(), a.view(), kThere, {40.0F, 76.0F}));
   EXPECT_FALSE(AlignPatch(a.view(), a.view(), kThere, {NAN, 40.0F}));
-  const Levels flat{std::vector<float>(kSide * kSide, 90.0F)};
+  const Levels flat{std::vector<float>(a.levels.size(), 90.0F)};
   const auto nowhere = AlignPatch(flat.view(), flat.view(), kThere, kThere);
   EXPECT_TRUE(!nowhere || (*nowhere - kThere).norm() < 0.01F);
 }
