@@ -193,6 +193,16 @@ struct RealtimeConfig {
   }
 };
 
+/// The computer's own clock, which the robot does without.
+struct SystemClockConfig {
+  int ntp_shm_unit = -1;  ///< of chronyd's `refclock SHM`, which is told GPS time; -1: of none
+
+  template <class V>
+  void Visit(V& v) {
+    v("ntp_shm_unit", ntp_shm_unit, config::Range{-1, 255}, config::Optional{});
+  }
+};
+
 struct OnboardConfig {
   RobotConfig robot;
   GpsConfig gps;
@@ -204,6 +214,7 @@ struct OnboardConfig {
   CorrectionsConfig corrections;
   RecordConfig record;
   RealtimeConfig realtime;
+  SystemClockConfig system_clock;
   std::string lcm_url;  ///< empty: LCM's default group on this machine
 
   template <class V>
@@ -218,6 +229,7 @@ struct OnboardConfig {
     v("corrections", corrections, config::Optional{});
     v("record", record);
     v("realtime", realtime, config::Optional{});
+    v("system_clock", system_clock, config::Optional{});
     v("lcm_url", lcm_url, config::Optional{});
   }
 };

@@ -81,6 +81,7 @@ struct LiveRobot::Parts {
   std::unique_ptr<comms::Recorder> recorder;
   std::unique_ptr<PictureWorker> pictures;
   std::unique_ptr<CorrectionSource> corrections;
+  std::unique_ptr<SystemClockReference> system_clock;
   std::unique_ptr<Pump> pump;
   CameraSource camera;
   std::unique_ptr<RtLoop> loop;
@@ -132,9 +133,15 @@ core::Expected<std::unique_ptr<LiveRobot>> LiveRobot::Start(const OnboardConfig&
     p.camera = MakeCamera(config, p.counters);
   }
   p.corrections = std::make_unique<CorrectionSource>(config.corrections, p.inbox);
+  if (config.system_clock.ntp_shm_unit >= 0) {
+    p.system_clock = std::make_unique<SystemClockReference>(
+        config.system_clock.ntp_shm_unit, p.counters, [&inbox = p.inbox](const EventNote& note) {
+          PostNote(inbox, note.severity, note.name, note.text);
+        });
+  }
   p.pump = std::make_unique<Pump>(
       Pump::Parts{p.output, p.inbox, p.frames, *p.outlet, *p.bus, p.counters, p.pictures.get(),
-                  *p.corrections, config.camera.RunsFreely()},
+                  *p.corrections, p.system_clock.get(), config.camera.RunsFreely()},
       p.config.robot, config.corrections.source == "lcm");
   p.loop = std::make_unique<RtLoop>(p.config, p.counters, p.inbox, p.output, p.camera.camera.get());
   if (config.realtime.lock_memory) {

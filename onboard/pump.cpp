@@ -41,6 +41,10 @@ class Pump::Sink final : public MessageSink {
     MessageSink::OnFix(fix);
     parts_.corrections.OnFix(fix);
   }
+  void OnClock(const estimation::ClockStatus& clock) override {
+    MessageSink::OnClock(clock);
+    if (parts_.system_clock != nullptr) parts_.system_clock->OnClock(clock);
+  }
   void OnPicture(const PictureOrder& order) override {
     if (parts_.pictures != nullptr) parts_.pictures->Add(order);
   }

@@ -14,6 +14,7 @@
 #include "onboard/outlet.hpp"
 #include "onboard/output_ring.hpp"
 #include "onboard/picture_worker.hpp"
+#include "onboard/system_clock_reference.hpp"
 
 namespace kawara::onboard {
 
@@ -31,6 +32,7 @@ class Pump {
     core::Counters& counters;
     PictureWorker* pictures = nullptr;  ///< null: no camera
     CorrectionSource& corrections;
+    SystemClockReference* system_clock = nullptr;  ///< null: nobody wants to know the time
     bool camera_runs_freely =
         false;  ///< frames that no trigger asked for are logged without pixels
   };
