@@ -12,7 +12,12 @@ namespace {
 
 /// A voxel of the model: enough votes, as many as rays that looked through, and a mean good to 5
 /// cm.
-constexpr vision::OccupancyRule kSurfaceRule{.min_hits = 5, .min_weight = 1.0 / (0.05 * 0.05)};
+constexpr vision::OccupancyRule kOccupied{.min_hits = 5, .min_weight = 1.0 / (0.05 * 0.05)};
+/// It stands by itself with as many votes as one picture has for it from here [m]: what lies
+/// farther away must have been seen again.
+constexpr double kStrongFrom = 5.0;
+/// Fewer voxels around are a scrap.
+constexpr int kLeastAround = 8;
 /// Metres between pictures that textures are taken from.
 constexpr double kLookStep = 2.0;
 /// A tile's texture comes from the picture nearest to it and those up to so much farther away: what
@@ -42,6 +47,7 @@ ModelBuilder::ModelBuilder(const BuilderOptions& options, const Rig& rig,
       cameras_(&cameras),
       store_(std::move(store)),
       map_(std::move(map)),
+      surface_rule_(RuleFor(options, cameras)),
       matcher_(options.stereo),
       first_stop_(map_.progress()),
       pairs_(map_.pictures()),
@@ -50,6 +56,20 @@ ModelBuilder::ModelBuilder(const BuilderOptions& options, const Rig& rig,
     const vision::MaskedRays& rays = camera->rays();
     rays_.emplace_back(camera->model(), vision::RayTables{rays.x(), rays.y(), rays.z()});
   }
+}
+
+vision::SurfaceRule ModelBuilder::RuleFor(
+    const BuilderOptions& options,
+    const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras) {
+  double px_per_rad = 0.0;  // of the camera that shows least: what it sees must not be lost
+  for (const auto& camera : cameras) {
+    const double its = camera->mean_px_per_rad();
+    px_per_rad = px_per_rad > 0.0 ? std::min(px_per_rad, its) : its;
+  }
+  const double side_px = options.voxel_m / kStrongFrom * px_per_rad;
+  return {.occupancy = kOccupied,
+          .strong_hits = std::max(kOccupied.min_hits, static_cast<int>(side_px * side_px)),
+          .least_around = kLeastAround};
 }
 
 double ModelBuilder::out_of_reach_m() const { return options_.reach_m + kFinishMargin; }
@@ -213,7 +233,7 @@ void ModelBuilder::ForgetLooks(const Eigen::Vector3d& here) {
 }
 
 core::Expected<void> ModelBuilder::FinishTile(const vision::TileIndex& tile) {
-  vision::Surface surface = vision::BuildSurface(map_, tile, kSurfaceRule);
+  vision::Surface surface = vision::BuildSurface(map_, tile, surface_rule_);
   if (!surface.quads.empty()) {
     std::vector<vision::TextureView> views;
     const double within = LooksWithin(tile);
@@ -224,17 +244,9 @@ core::Expected<void> ModelBuilder::FinishTile(const vision::TileIndex& tile) {
     const auto done = vision::ApplyTexture(surface, options_.voxel_m, views, {}, encoder_);
     if (!done) return tl::unexpected(done.error());
   }
-  std::vector<core::ColouredPoint> points;
-  const vision::VoxelIndex low{tile.x * vision::kTileSide, tile.y * vision::kTileSide,
-                               std::numeric_limits<std::int32_t>::min()};
-  const vision::VoxelIndex high{low.x + vision::kTileSide, low.y + vision::kTileSide,
-                                std::numeric_limits<std::int32_t>::max()};
-  map_.ForEachOccupied(low, high, kSurfaceRule, [&](const vision::OccupiedVoxel& occupied) {
-    points.push_back({vision::CentroidVoxels(occupied.index, occupied.voxel) * options_.voxel_m,
-                      vision::ColourOf(occupied.voxel), occupied.voxel.hits});
-  });
   tiles_written_ = true;
-  return store_.WriteTile(tile.x, tile.y, map_.Revision(tile), std::move(surface.mesh), points);
+  return store_.WriteTile(tile.x, tile.y, map_.Revision(tile), std::move(surface.mesh),
+                          surface.points);
 }
 
 core::Expected<void> ModelBuilder::Commit(std::uint64_t stops_of_source) {

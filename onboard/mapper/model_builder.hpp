@@ -9,6 +9,7 @@
 #include "onboard/mapper/stereo_method.hpp"
 #include "vision/jpeg.hpp"
 #include "vision/model/texture.hpp"
+#include "vision/model/voxel_patch.hpp"
 #include "vision/voxel/voxel_map.hpp"
 
 namespace kawara::mapper {
@@ -77,6 +78,9 @@ class ModelBuilder {
   std::uint64_t pairs() const { return pairs_; }
 
  private:
+  static vision::SurfaceRule RuleFor(
+      const BuilderOptions& options,
+      const std::vector<std::unique_ptr<vision::StereoCamera>>& cameras);
   /// A picture that textures may be taken from.
   struct Look {
     std::uint64_t stop = 0;
@@ -114,6 +118,7 @@ class ModelBuilder {
   std::vector<vision::CameraRays> rays_;
   ModelStore store_;
   vision::VoxelMap map_;
+  vision::SurfaceRule surface_rule_;
   StereoMatcher matcher_;
   Measured measured_;
   mapper::OnGrown grown_;

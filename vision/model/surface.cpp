@@ -44,11 +44,6 @@ class Builder {
     surface_.mesh.triangles.push_back({quad[0], quad[1], quad[2]});
     surface_.mesh.triangles.push_back({quad[0], quad[2], quad[3]});
   }
-  /// Voxel (x, y) of the patch lies in the tile itself, not in the margin.
-  static bool IsInTile(int x, int y) {
-    constexpr int kEnd = VoxelPatch::kMargin + kTileSide;
-    return x >= VoxelPatch::kMargin && y >= VoxelPatch::kMargin && x < kEnd && y < kEnd;
-  }
   const VoxelPatch& patch() const { return patch_; }
   Surface Take() { return std::move(surface_); }
 
@@ -157,7 +152,7 @@ void BuildBlocky(Builder& builder) {
   for (const Surfel& s : patch.surfels()) {
     const Cell at{s.index.x - patch.first().x, s.index.y - patch.first().y,
                   s.index.z - patch.first().z};
-    if (!Builder::IsInTile(at[0], at[1])) continue;
+    if (!VoxelPatch::IsInTile(at[0], at[1])) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (const int side : {0, 1}) {
         Cell beside = at;
@@ -183,9 +178,20 @@ void BuildBlocky(Builder& builder) {
   }
 }
 
+std::vector<core::ColouredPoint> PointsOf(const VoxelPatch& patch, double voxel_m) {
+  const VoxelIndex& first = patch.first();
+  const Eigen::Vector3d origin(first.x, first.y, first.z);
+  std::vector<core::ColouredPoint> points;
+  for (const Surfel& s : patch.surfels()) {
+    if (!VoxelPatch::IsInTile(s.index.x - first.x, s.index.y - first.y)) continue;
+    points.push_back({(origin + s.centroid.cast<double>()) * voxel_m, ToBytes(s.colour), s.hits});
+  }
+  return points;
+}
+
 }  // namespace
 
-Surface BuildSurface(const VoxelMap& map, const TileIndex& tile, const OccupancyRule& rule,
+Surface BuildSurface(const VoxelMap& map, const TileIndex& tile, const SurfaceRule& rule,
                      SurfaceKind kind) {
   const VoxelPatch patch(map, tile, rule);
   Builder builder(patch, map.config().voxel_m, tile);
@@ -197,6 +203,7 @@ Surface BuildSurface(const VoxelMap& map, const TileIndex& tile, const Occupancy
     }
   }
   Surface surface = builder.Take();
+  surface.points = PointsOf(patch, map.config().voxel_m);
   surface.mesh.revision = map.Revision(tile);
   return surface;
 }

@@ -21,6 +21,7 @@ using Quad = std::array<std::uint32_t, 4>;
 struct Surface {
   core::TexturedMesh mesh;  ///< positions, normals, colours and triangles (two a quad)
   std::vector<Quad> quads;
+  std::vector<core::ColouredPoint> points;  ///< mean votes of the voxels it is made of, in the map
 };
 
 /// Surface of a tile from its voxels. Nothing is closed by invention: where no voxel is occupied
@@ -33,7 +34,7 @@ struct Surface {
 /// it changes sign gets one corner at the mean of the crossings of its edges, and each edge that is
 /// crossed a quad between the four cells around it (Gibson, "Constrained elastic surface nets",
 /// 1998, without the relaxation). An edge counts only beside an occupied voxel.
-Surface BuildSurface(const VoxelMap& map, const TileIndex& tile, const OccupancyRule& rule,
+Surface BuildSurface(const VoxelMap& map, const TileIndex& tile, const SurfaceRule& rule,
                      SurfaceKind kind = SurfaceKind::kSmooth);
 
 }  // namespace kawara::vision

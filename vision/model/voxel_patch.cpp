@@ -12,10 +12,18 @@ constexpr int kLeastNeighbours = 4;  // three points always lie in a plane
 
 }  // namespace
 
-VoxelPatch::VoxelPatch(const VoxelMap& map, const TileIndex& tile, const OccupancyRule& rule) {
+VoxelPatch::VoxelPatch(const VoxelMap& map, const TileIndex& tile, const SurfaceRule& rule) {
+  first_ = {tile.x * kTileSide - kMargin, tile.y * kTileSide - kMargin, 0};
+  Collect(map, rule.occupancy);
+  if (surfels_.empty()) return;
+  Place();
+  DropUnsupported(rule);
+  FindNormals();
+}
+
+void VoxelPatch::Collect(const VoxelMap& map, const OccupancyRule& rule) {
   constexpr auto kLeast = std::numeric_limits<std::int32_t>::min();
   constexpr auto kMost = std::numeric_limits<std::int32_t>::max();
-  first_ = {tile.x * kTileSide - kMargin, tile.y * kTileSide - kMargin, 0};
   std::int32_t low = kMost, high = kLeast;
   map.ForEachOccupied({first_.x, first_.y, kLeast}, {first_.x + side_, first_.y + side_, kMost},
                       rule, [&](const OccupiedVoxel& v) {
@@ -24,6 +32,7 @@ VoxelPatch::VoxelPatch(const VoxelMap& map, const TileIndex& tile, const Occupan
                         Surfel surfel;
                         surfel.index = v.index;
                         surfel.weight = v.voxel.weight;
+                        surfel.hits = v.voxel.hits;
                         const auto rgb = ColourOf(v.voxel);
                         std::copy(rgb.begin(), rgb.end(), surfel.colour.begin());
                         // For the time being the view; FindNormals() looks at the neighbours.
@@ -37,6 +46,9 @@ VoxelPatch::VoxelPatch(const VoxelMap& map, const TileIndex& tile, const Occupan
   if (surfels_.empty()) return;
   first_.z = low - kMargin;
   height_ = high - low + 1 + 2 * kMargin;
+}
+
+void VoxelPatch::Place() {
   at_.assign(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) *
                  static_cast<std::size_t>(height_),
              kNone);
@@ -46,9 +58,53 @@ VoxelPatch::VoxelPatch(const VoxelMap& map, const TileIndex& tile, const Occupan
     s.centroid +=
         Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) +
         Eigen::Vector3f::Constant(0.5F);
-    at_[Place(x, y, z)] = static_cast<std::int32_t>(i);
+    at_[PlaceOf(x, y, z)] = static_cast<std::int32_t>(i);
   }
-  FindNormals();
+}
+
+/// Of those up to `reach` voxels away on every side, without itself, that `count` is true for.
+template <class Count>
+int VoxelPatch::CountAround(const Surfel& surfel, int reach, const Count& count) const {
+  const int x = surfel.index.x - first_.x, y = surfel.index.y - first_.y,
+            z = surfel.index.z - first_.z;
+  int found = 0;
+  for (int dz = -reach; dz <= reach; ++dz) {
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        if (dx == 0 && dy == 0 && dz == 0) continue;
+        const std::int32_t n = At(x + dx, y + dy, z + dz);
+        if (n != kNone && count(static_cast<std::size_t>(n))) ++found;
+      }
+    }
+  }
+  return found;
+}
+
+// Both judged by neighbours as they were collected, in two rounds: a margin of one and two voxels
+// more than the surface needs makes neighbouring tiles judge alike.
+void VoxelPatch::DropUnsupported(const SurfaceRule& rule) {
+  const auto drop = [this](const auto& keep) {
+    std::vector<bool> kept(surfels_.size());
+    for (std::size_t i = 0; i < surfels_.size(); ++i) kept[i] = keep(surfels_[i]);
+    for (std::size_t i = 0; i < surfels_.size(); ++i) {
+      if (kept[i]) continue;
+      const VoxelIndex& at = surfels_[i].index;
+      at_[PlaceOf(at.x - first_.x, at.y - first_.y, at.z - first_.z)] = kNone;
+      surfels_[i].hits = 0;
+    }
+  };
+  const auto strong = [&](std::size_t n) { return surfels_[n].hits >= rule.strong_hits; };
+  drop(
+      [&](const Surfel& s) { return s.hits >= rule.strong_hits || CountAround(s, 1, strong) > 0; });
+  drop([&](const Surfel& s) {
+    return s.hits > 0 && (rule.least_around == 0 ||
+                          CountAround(s, 2, [](std::size_t) { return true; }) >= rule.least_around);
+  });
+  std::erase_if(surfels_, [](const Surfel& s) { return s.hits == 0; });
+  for (std::size_t i = 0; i < surfels_.size(); ++i) {
+    const VoxelIndex& at = surfels_[i].index;
+    at_[PlaceOf(at.x - first_.x, at.y - first_.y, at.z - first_.z)] = static_cast<std::int32_t>(i);
+  }
 }
 
 // A plane through the votes around: least principal axis of the neighbours' centroids, each with

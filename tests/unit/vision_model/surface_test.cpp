@@ -49,7 +49,7 @@ TEST_F(StreetSurface, LiesNearerToTheTruthThanVoxelsAndVotes) {
   Drive(0.1, 0.004);
   Fit surface, voxels;
   for (const TileIndex& tile : map_->Tiles()) {
-    const Surface s = BuildSurface(*map_, tile, kRule);
+    const Surface s = BuildSurface(*map_, tile, {kRule});
     for (std::uint32_t i = 0; i < s.mesh.positions_m.size(); ++i)
       surface.Add(world_.DistanceToSurface(Corner(s.mesh, i)));
   }
@@ -68,7 +68,7 @@ TEST_F(StreetSurface, TrianglesFaceTheViewer) {
   Drive(0.1, 0.002);
   double area_right = 0.0, area = 0.0;
   for (const TileIndex& tile : map_->Tiles()) {
-    const Surface s = BuildSurface(*map_, tile, kRule);
+    const Surface s = BuildSurface(*map_, tile, {kRule});
     for (const auto& t : s.mesh.triangles) {
       const Eigen::Vector3d a = Corner(s.mesh, t[0]), b = Corner(s.mesh, t[1]),
                             c = Corner(s.mesh, t[2]);
@@ -87,7 +87,7 @@ TEST_F(StreetSurface, TilesMeetWithoutAGapAndUnknownStaysOpen) {
   std::vector<Eigen::Vector3d> rims;
   double far_m = 0.0;
   for (const TileIndex& tile : map_->Tiles()) {
-    const Surface s = BuildSurface(*map_, tile, kRule);
+    const Surface s = BuildSurface(*map_, tile, {kRule});
     std::map<std::set<std::uint32_t>, int> edges;
     for (const Quad& q : s.quads)
       for (std::size_t i = 0; i < 4; ++i) ++edges[{q[i], q[(i + 1) % 4]}];
@@ -117,7 +117,7 @@ TEST_F(StreetSurface, BlockyFacesAreThoseOfTheVoxels) {
   Drive(0.2, 0.002);
   std::size_t faces = 0;
   for (const TileIndex& tile : map_->Tiles())
-    faces += BuildSurface(*map_, tile, kRule, SurfaceKind::kBlocky).quads.size();
+    faces += BuildSurface(*map_, tile, {kRule}, SurfaceKind::kBlocky).quads.size();
   std::set<VoxelIndex> occupied;
   map_->ForEachOccupied(kRule, [&](const OccupiedVoxel& v) { occupied.insert(v.index); });
   std::size_t expected = 0;
@@ -130,6 +130,41 @@ TEST_F(StreetSurface, BlockyFacesAreThoseOfTheVoxels) {
   }
   EXPECT_GT(faces, 1000U);
   EXPECT_EQ(faces, expected);
+}
+
+constexpr OccupancyRule kFive{.min_hits = 5};
+
+/// So many votes in the middle of a voxel.
+void Hit(VoxelMap& map, int x, int y, int z, int hits) {
+  const PointVote vote{.position_m = 0.1 * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5),
+                       .to_viewer = Eigen::Vector3f::UnitZ(),
+                       .sd_m = 0.02F};
+  const std::vector<PointVote> votes(static_cast<std::size_t>(hits), vote);
+  ASSERT_TRUE(map.Vote(votes));
+}
+
+TEST(Surface, ScrapsOfFewVotesAreNotPartOfIt) {
+  auto map = VoxelMap::Create({.voxel_m = 0.1});
+  for (int x = 10; x < 20; ++x) {
+    for (int y = 10; y < 20; ++y) Hit(*map, x, y, 5, 40);
+    Hit(*map, x, 20, 5, 6);  // seen less, but it goes on: is surface
+    Hit(*map, x, 21, 5, 6);  // touches none that stands by itself
+  }
+  for (int x = 40; x < 44; ++x) {
+    for (int y = 40; y < 44; ++y) Hit(*map, x, y, 5, 6);  // one picture said so
+  }
+  for (int z = 20; z < 23; ++z) Hit(*map, 30, 30, z, 60);  // in the middle of nowhere
+  const auto points = [&](const SurfaceRule& rule) {
+    return BuildSurface(*map, {0, 0}, rule).points.size();
+  };
+  EXPECT_EQ(points({kFive}), 100U + 20U + 16U + 3U);
+  EXPECT_EQ(points({kFive, 20}), 100U + 10U + 3U);
+  EXPECT_EQ(points({kFive, 20, 8}), 100U + 10U);
+  const Surface surface = BuildSurface(*map, {0, 0}, {kFive, 20, 8});
+  for (std::uint32_t i = 0; i < surface.mesh.positions_m.size(); ++i) {
+    EXPECT_NEAR(Corner(surface.mesh, i).z(), 0.55, 0.01);
+  }
+  EXPECT_EQ(surface.points.front().votes, 40U);
 }
 
 TEST(Surface, OfNothingIsNothing) {

@@ -67,7 +67,7 @@ class TexturedStreet : public ::testing::Test {
 };
 
 TEST_F(TexturedStreet, ShowsThePaintOfTheWorld) {
-  Surface s = BuildSurface(*map_, {0, 0}, kRule);
+  Surface s = BuildSurface(*map_, {0, 0}, {kRule});
   const auto counts = ApplyTexture(s, 0.1, Views(), {}, encoder_);
   ASSERT_TRUE(counts) << counts.error().message;
   ASSERT_GT(counts->quads, 500U);
@@ -83,7 +83,7 @@ TEST_F(TexturedStreet, BringsExposuresTogether) {
     for (auto& p : looks_[i].pixels) p = static_cast<std::uint8_t>(p * 0.67);
   auto map = VoxelMap::Create(map_->config());
   for (const auto& look : looks_) ASSERT_TRUE(map->Vote(drive_.ViewOf(look)));
-  Surface s = BuildSurface(*map, {0, 0}, kRule);
+  Surface s = BuildSurface(*map, {0, 0}, {kRule});
   ASSERT_TRUE(ApplyTexture(s, 0.1, Views(), {}, encoder_));
   // All alike between the two, where the pictures are 0.67 and 1 (a deviation of 0.165).
   double sum = 0.0, sum2 = 0.0;
@@ -109,7 +109,7 @@ TEST_F(TexturedStreet, WhatIsHiddenInAPictureIsNotTakenFromIt) {
                                        .picture = look.picture(),
                                        .ranges = ranges,
                                        .map_from_camera = look.map_from_camera}};
-    Surface s = BuildSurface(*map_, {0, 0}, kRule);
+    Surface s = BuildSurface(*map_, {0, 0}, {kRule});
     const auto counts = ApplyTexture(s, 0.1, views, {}, encoder_);
     ASSERT_TRUE(counts);
     // What has no range in the picture (beyond its ring) is not hidden either.
@@ -122,10 +122,10 @@ TEST_F(TexturedStreet, RangesOfHalfTheSizeHideAsMuch) {
   std::vector<RangeImage> halves;
   for (const auto& look : looks_) halves.push_back(RangesForTexture(look.ranges));
   auto views = Views();
-  Surface whole = BuildSurface(*map_, {0, 0}, kRule);
+  Surface whole = BuildSurface(*map_, {0, 0}, {kRule});
   const auto by_whole = ApplyTexture(whole, 0.1, views, {}, encoder_);
   for (std::size_t i = 0; i < views.size(); ++i) views[i].ranges = &halves[i];
-  Surface half = BuildSurface(*map_, {0, 0}, kRule);
+  Surface half = BuildSurface(*map_, {0, 0}, {kRule});
   const auto by_half = ApplyTexture(half, 0.1, views, {}, encoder_);
   ASSERT_TRUE(by_whole && by_half);
   EXPECT_NEAR(static_cast<double>(by_half->from_pictures),
@@ -139,12 +139,12 @@ TEST_F(TexturedStreet, RangesOfAnotherSizeAreRefused) {
   other.Reset(other.width_px / 3, other.height_px / 3);
   auto views = Views();
   views[0].ranges = &other;
-  Surface s = BuildSurface(*map_, {0, 0}, kRule);
+  Surface s = BuildSurface(*map_, {0, 0}, {kRule});
   EXPECT_FALSE(ApplyTexture(s, 0.1, views, {}, encoder_));
 }
 
 TEST_F(TexturedStreet, AnAtlasTooSmallIsRefusedAndCoarserTexelsTriedFirst) {
-  Surface s = BuildSurface(*map_, {0, 0}, kRule);
+  Surface s = BuildSurface(*map_, {0, 0}, {kRule});
   const auto before = s.mesh.positions_m;
   EXPECT_FALSE(ApplyTexture(s, 0.1, Views(), {.max_atlas_px = 64}, encoder_));
   EXPECT_EQ(s.mesh.positions_m, before);
@@ -153,7 +153,7 @@ TEST_F(TexturedStreet, AnAtlasTooSmallIsRefusedAndCoarserTexelsTriedFirst) {
 }
 
 TEST_F(TexturedStreet, PicturesOfAnotherSizeAreRefused) {
-  Surface s = BuildSurface(*map_, {0, 0}, kRule);
+  Surface s = BuildSurface(*map_, {0, 0}, {kRule});
   auto views = Views();
   views[1].picture.width_px = 10;
   EXPECT_FALSE(ApplyTexture(s, 0.1, views, {}, encoder_));
