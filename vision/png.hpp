@@ -31,8 +31,9 @@ struct Grey16Picture {
 // answer of the readers is a whole picture or kFormat: damage, another picture than asked for, more
 // pixels than `max_pixels`, or more than the file's bytes can hold.
 
-/// Any PNG as RGB8: grey three times the same, of 16 bits the upper 8, a palette's colours,
-/// transparency left out, no gamma applied.
+/// Any PNG as RGB8: grey three times the same, of 16 bits the upper 8 (of the lower 10, 12 or 14 if
+/// no level is larger and the file does not state its bits), a palette's colours, transparency left
+/// out, no gamma applied.
 core::Expected<RgbPicture> DecodePng(std::span<const std::uint8_t> png,
                                      std::int64_t max_pixels = kMaxPngPixels);
 /// Only a grey PNG of 16 bits without transparency: its numbers as they are.

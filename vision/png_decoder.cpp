@@ -15,7 +15,7 @@ constexpr std::uint64_t kMostBytesOfOne = 1032;
 constexpr png_alloc_size_t kMaxChunkBytes = 1 << 23;
 constexpr int kSixteenBits = 16;
 
-enum class Want { kRgb, kGrey16 };
+enum class Want { kRgb, kRgb16, kGrey16 };
 enum class Refusal { kNone, kLibpng, kTooLarge, kImplausible, kNotGrey16 };
 
 /// Everything that libpng's jumps must not skip.
@@ -35,6 +35,9 @@ class Reader {
 
   int width_px() const { return static_cast<int>(png_get_image_width(png_, info_)); }
   int height_px() const { return static_cast<int>(png_get_image_height(png_, info_)); }
+  bool sixteen_bits() const { return png_get_bit_depth(png_, info_) == kSixteenBits; }
+  /// Of the most precise channel, as the file says (chunk sBIT); 0: it does not.
+  int StatedBits() const;
   const char* words() const { return error_.message; }
 
  private:
@@ -71,6 +74,12 @@ Refusal Reader::Header(Want want, std::int64_t max_pixels) {
   return want == Want::kGrey16 && !grey16 ? Refusal::kNotGrey16 : Refusal::kNone;
 }
 
+int Reader::StatedBits() const {
+  png_color_8p bits = nullptr;
+  if (png_get_sBIT(png_, info_, &bits) == 0 || bits == nullptr) return 0;
+  return std::max({bits->red, bits->green, bits->blue, bits->gray});
+}
+
 Refusal Reader::Pixels(Want want, std::uint8_t* pixels, std::size_t row_bytes) {
   rows_.resize(png_get_image_height(png_, info_));
   for (std::size_t v = 0; v < rows_.size(); ++v) rows_[v] = pixels + v * row_bytes;
@@ -80,7 +89,7 @@ Refusal Reader::Pixels(Want want, std::uint8_t* pixels, std::size_t row_bytes) {
   } else {
     png_set_palette_to_rgb(png_);
     png_set_expand_gray_1_2_4_to_8(png_);
-    png_set_strip_16(png_);
+    if (want == Want::kRgb16) png_set_swap(png_);
     png_set_strip_alpha(png_);
     png_set_gray_to_rgb(png_);
   }
@@ -109,6 +118,29 @@ core::Error Explain(Refusal refusal, const Reader& reader) {
   }
 }
 
+/// Cameras of 10, 12 and 14 bits are written into 16, by most programs at their lower end.
+int BitsFor(std::uint16_t largest) {
+  for (const int bits : {8, 10, 12, 14}) {
+    if (largest < 1 << bits) return bits;
+  }
+  return kSixteenBits;
+}
+
+Refusal ReadSixteenBits(Reader& reader, RgbPicture& picture) {
+  std::vector<std::uint16_t> levels(picture.rgb.size());
+  const Refusal refusal =
+      reader.Pixels(Want::kRgb16, reinterpret_cast<std::uint8_t*>(levels.data()),
+                    sizeof(std::uint16_t) * picture.view().stride_bytes());
+  if (refusal != Refusal::kNone) return refusal;
+  const auto largest = levels.empty() ? std::uint16_t{0} : *std::ranges::max_element(levels);
+  // A file that states fewer bits has them at the upper end (ISO/IEC 15948, 11.3.3.4).
+  const int used = reader.StatedBits() > 0 ? kSixteenBits : BitsFor(largest);
+  std::ranges::transform(levels, picture.rgb.begin(), [used](std::uint16_t level) {
+    return static_cast<std::uint8_t>(level >> (used - 8));
+  });
+  return Refusal::kNone;
+}
+
 }  // namespace
 
 core::Expected<RgbPicture> DecodePng(std::span<const std::uint8_t> png, std::int64_t max_pixels) {
@@ -117,7 +149,9 @@ core::Expected<RgbPicture> DecodePng(std::span<const std::uint8_t> png, std::int
   if (refusal != Refusal::kNone) return tl::unexpected(Explain(refusal, reader));
   RgbPicture picture{{}, reader.width_px(), reader.height_px()};
   picture.rgb.resize(picture.view().size_bytes());
-  refusal = reader.Pixels(Want::kRgb, picture.rgb.data(), picture.view().stride_bytes());
+  refusal = reader.sixteen_bits()
+                ? ReadSixteenBits(reader, picture)
+                : reader.Pixels(Want::kRgb, picture.rgb.data(), picture.view().stride_bytes());
   if (refusal != Refusal::kNone) return tl::unexpected(Explain(refusal, reader));
   return picture;
 }

@@ -381,6 +381,9 @@ int main(int argc, char** argv) {
   if (method == "paper" && model.pairs.several) {
     return Fail("--baselines several is of the fast method: the paper's has one", 2);
   }
+  if (method == "paper" && pole_cap_deg) {
+    return Fail("--pole-cap is of the fast method: the paper's has none", 2);
+  }
   if (method == "paper" && depth.stereo.px_per_rad > 0.0) {
     return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
   }

@@ -385,6 +385,7 @@ class MapperTest(unittest.TestCase):
                 ((), 2, "survey is required"),
                 ((self.survey, "--method", "best"), 2, "--method: best not in {fast,paper}"),
                 ((self.survey, "--method", "paper", "--px-per-rad", "100"), 2, "--px-per-rad is of the fast method"),
+                ((self.survey, "--method", "paper", "--pole-cap", "10"), 2, "--pole-cap is of the fast method"),
                 ((self.survey, "--method", "paper", "--baselines", "several"), 2, "--baselines several is of the fast method"),
                 ((self.survey, "--baselines", "many"), 2, "--baselines: many not in {one,several}"),
                 ((self.survey, "--depth-only", "00001", "00002", "--report", "x.html"), 2, "--report is of a model"),
