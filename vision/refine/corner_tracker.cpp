@@ -55,9 +55,20 @@ void ToGrey(const RectifiedPicture& picture, GreyPicture& out) {
   const cv::Size margin(2 * kMargin + 1, 2 * kMargin + 1);
   cv::erode(out.inside, out.inside, cv::getStructuringElement(cv::MORPH_RECT, margin),
             cv::Point(-1, -1), 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  out.grey.convertTo(out.smooth, CV_32F);
-  cv::GaussianBlur(out.smooth, out.smooth, cv::Size(), kSmooth_px);
-  cv::buildOpticalFlowPyramid(out.grey, out.pyramid, cv::Size(kWindow, kWindow), kLevels);
+}
+
+/// Made as bright as the other on the whole: Lucas and Kanade take a patch to be as bright in both.
+void MatchBrightness(const GreyPicture& from, GreyPicture& to) {
+  cv::Mat both;
+  cv::bitwise_and(from.inside, to.inside, both);
+  const double wanted = cv::mean(from.grey, both)[0], is = cv::mean(to.grey, both)[0];
+  if (is > 1.0 && wanted > 1.0) to.grey.convertTo(to.grey, CV_8U, wanted / is);
+}
+
+void MakeLevels(GreyPicture& picture) {
+  picture.grey.convertTo(picture.smooth, CV_32F);
+  cv::GaussianBlur(picture.smooth, picture.smooth, cv::Size(), kSmooth_px);
+  cv::buildOpticalFlowPyramid(picture.grey, picture.pyramid, cv::Size(kWindow, kWindow), kLevels);
 }
 
 bool Inside(const GreyPicture& picture, const cv::Point2f& at) {
@@ -102,6 +113,9 @@ class CornerTracker::Implementation {
     ToGrey(rectified_, a_);
     rectifier_.Rectify(*b.camera, b.picture, pair->b_from_epipolar, grid_, rectified_);
     ToGrey(rectified_, b_);
+    MatchBrightness(a_, b_);
+    MakeLevels(a_);
+    MakeLevels(b_);
 
     places_a_.clear();
     from_.clear();

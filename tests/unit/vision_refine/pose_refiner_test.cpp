@@ -128,30 +128,39 @@ TEST(PoseRefiner, TheSameFramesGiveTheSameBits) {
   EXPECT_EQ(run(), run());
 }
 
-TEST(CornerTracker, FollowedRaysMeetTheTruePoints) {
-  const Drive& drive = TheDrive();
-  CornerTracker tracker({});
-  const auto view = [&](std::size_t i) {
-    return StereoView{&drive.camera, drive.frames[i].view(),
-                      drive.truth[i] * drive.body_from_camera};
-  };
-  const auto corners = tracker.Track(view(0), view(1), {});
-  ASSERT_TRUE(corners);
-  EXPECT_GT(corners->size(), 100U);
-  const Eigen::Isometry3d step = view(1).map_from_camera.inverse() * view(0).map_from_camera;
+StereoView ViewOf(const Drive& drive, std::size_t i, const StereoLab::Frame& frame) {
+  return {&drive.camera, frame.view(), drive.truth[i] * drive.body_from_camera};
+}
+
+/// Those within a pixel of where the lab's geometry has them.
+std::size_t CountGood(const Drive& drive, const std::vector<TrackedCorner>& corners,
+                      double px_per_rad) {
+  const Eigen::Isometry3d step = (drive.truth[1] * drive.body_from_camera).inverse() *
+                                 (drive.truth[0] * drive.body_from_camera);
   std::size_t good = 0;
-  for (const TrackedCorner& corner : *corners) {
-    EXPECT_EQ(corner.known, -1);
+  for (const TrackedCorner& corner : corners) {
     const auto pixel = drive.model->Project(corner.ray_a);
-    ASSERT_TRUE(pixel);
+    if (!pixel) continue;
     const auto u = static_cast<int>(std::lround(pixel->x())),
                v = static_cast<int>(std::lround(pixel->y()));
     const double range = static_cast<double>(
         drive.frames[0].range_m[static_cast<std::size_t>(v * drive.frames[0].width_px + u)]);
     const Eigen::Vector3d expected = (step * (range * corner.ray_a)).normalized();
-    good += expected.cross(corner.ray_b).norm() * tracker.px_per_rad() < 1.0 ? 1U : 0U;
+    good += expected.cross(corner.ray_b).norm() * px_per_rad < 1.0 ? 1U : 0U;
   }
-  EXPECT_GT(static_cast<double>(good), 0.93 * static_cast<double>(corners->size()));
+  return good;
+}
+
+TEST(CornerTracker, FollowedRaysMeetTheTruePoints) {
+  const Drive& drive = TheDrive();
+  CornerTracker tracker({});
+  const auto view = [&](std::size_t i) { return ViewOf(drive, i, drive.frames[i]); };
+  const auto corners = tracker.Track(view(0), view(1), {});
+  ASSERT_TRUE(corners);
+  EXPECT_GT(corners->size(), 100U);
+  for (const TrackedCorner& corner : *corners) EXPECT_EQ(corner.known, -1);
+  EXPECT_GT(static_cast<double>(CountGood(drive, *corners, tracker.px_per_rad())),
+            0.93 * static_cast<double>(corners->size()));
   // What was known comes back under its number.
   std::vector<Eigen::Vector3d> known;
   for (const TrackedCorner& corner : *corners) known.push_back(corner.ray_b);
@@ -164,6 +173,26 @@ TEST(CornerTracker, FollowedRaysMeetTheTruePoints) {
     EXPECT_EQ(corner.ray_a, known[static_cast<std::size_t>(corner.known)]);
   }
   EXPECT_GT(kept, known.size() / 2);
+}
+
+TEST(CornerTracker, ADarkerOrBrighterPictureLosesNothing) {
+  const Drive& drive = TheDrive();
+  CornerTracker tracker({});
+  const auto first = ViewOf(drive, 0, drive.frames[0]);
+  const auto plain = tracker.Track(first, ViewOf(drive, 1, drive.frames[1]), {});
+  ASSERT_TRUE(plain);
+  for (const double exposure : {0.6, 1.2}) {
+    SCOPED_TRACE(exposure);
+    StereoLab::Frame other = drive.frames[1];
+    for (std::uint8_t& level : other.rgb) {
+      level = static_cast<std::uint8_t>(std::min(255.0, exposure * level + 0.5));
+    }
+    const auto corners = tracker.Track(first, ViewOf(drive, 1, other), {});
+    ASSERT_TRUE(corners);
+    EXPECT_GT(static_cast<double>(corners->size()), 0.9 * static_cast<double>(plain->size()));
+    EXPECT_GT(static_cast<double>(CountGood(drive, *corners, tracker.px_per_rad())),
+              0.93 * static_cast<double>(corners->size()));
+  }
 }
 
 }  // namespace
