@@ -18,6 +18,10 @@ constexpr double kLeastRaySd = 0.05, kMostRaySd = 1.0;
 /// A corner is followed through this many frames; then its patch has changed too much.
 constexpr std::size_t kLongestTrack = 15;
 
+/// A corner that stays where it is in the picture [px], while the horizon moves by more, is of the
+/// robot's own body.
+constexpr double kStandsStill = 0.35, kHorizonMoved = 1.5;
+
 Matrix6d Floored(Matrix6d covariance) {
   for (int i = 0; i < 6; ++i) {
     const double least = i < 3 ? kLeastPositionSd : kLeastAttitudeSd;
@@ -95,7 +99,7 @@ core::Expected<void> PoseRefiner::Follow(const Frame& frame, std::span<const Rig
       const Sighting& sighting = tracks_[i].point.sightings.back();
       if (!tracks_[i].alive || sighting.camera != picture.camera || sighting.frame != last)
         continue;
-      if (tracks_[i].point.sightings.size() >= kLongestTrack) continue;
+      if (tracks_[i].point.sightings.size() >= kLongestTrack && !tracks_[i].rides) continue;
       alive.push_back(i);
       rays.push_back(sighting.ray);
     }
@@ -134,6 +138,23 @@ void PoseRefiner::DropOldest() {
   });
 }
 
+// By the turns of the prior: what refinement makes of them may already be the body's doing.
+bool PoseRefiner::RidesAlong(const WindowPoint& point) const {
+  const auto map_from_camera = [this](const Sighting& sighting) {
+    return Eigen::Matrix3d(frames_[sighting.frame - first_].window.prior.linear() *
+                           cameras_[sighting.camera].rig.body_from_camera.linear());
+  };
+  const Sighting& first = point.sightings.front();
+  const Eigen::Vector3d far_away = map_from_camera(first) * first.ray;
+  double moved = 0.0, horizon = 0.0;
+  for (const Sighting& sighting : point.sightings) {
+    moved = std::max(moved, (sighting.ray - first.ray).norm());
+    horizon =
+        std::max(horizon, (map_from_camera(sighting).transpose() * far_away - first.ray).norm());
+  }
+  return moved * px_per_rad_ < kStandsStill && horizon * px_per_rad_ > kHorizonMoved;
+}
+
 /// Velocities and turn rates, from the neighbours in the window.
 void PoseRefiner::Motions() {
   for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -160,8 +181,11 @@ void PoseRefiner::Adjust() {
     problem.body_from_camera.push_back(camera.rig.body_from_camera);
   }
   std::size_t sightings = 0;
-  for (const Track& track : tracks_) {
-    problem.points.push_back(track.point);
+  for (Track& track : tracks_) {
+    track.rides = track.rides || RidesAlong(track.point);
+    problem.points.emplace_back();
+    if (track.rides) continue;  // a point nobody sees
+    problem.points.back() = track.point;
     for (Sighting& sighting : problem.points.back().sightings) sighting.frame -= first_;
     sightings += track.point.sightings.size();
   }
@@ -182,7 +206,7 @@ void PoseRefiner::Adjust() {
   covariance_ = solution.covariance;
   // A point that contradicts the others is not followed any further.
   for (std::size_t i = tracks_.size(); i-- > 0;) {
-    if (!solution.point_used[i] && tracks_[i].point.sightings.size() > 2) {
+    if (!solution.point_used[i] && !tracks_[i].rides && tracks_[i].point.sightings.size() > 2) {
       tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }

@@ -46,7 +46,8 @@ struct PriorPose {
 /// degree and the millimetre that stereo between two frames wants. Corners followed through the
 /// pictures say how the frames stand to each other; a window of them is adjusted with the GPS/INS
 /// poses as the prior (window_problem.hpp), so that lengths and the absolute place stay RTK's. The
-/// mounting's turn and the pictures' time offset are learnt over the drive.
+/// mounting's turn and the pictures' time offset are learnt over the drive. Corners of the robot's
+/// own body, which stand still in the picture while the robot turns, say nothing and are left out.
 ///
 /// Frames are numbered from 0 in the order they come, which should be steps of some decimetres; a
 /// frame's pose is best once it is in the middle of the window. Keeps a copy of the last pictures.
@@ -84,6 +85,7 @@ class PoseRefiner {
   struct Track {
     WindowPoint point;  ///< frames by their number in the drive
     bool alive = true;
+    bool rides = false;  ///< is of the robot itself
   };
   struct CameraState {
     RigCamera rig;
@@ -94,6 +96,7 @@ class PoseRefiner {
 
   Frame MakeFrame(const PriorPose& prior) const;
   core::Expected<void> Follow(const Frame& frame, std::span<const RigPicture> pictures);
+  bool RidesAlong(const WindowPoint& point) const;
   void Motions();
   void Adjust();
   void DropOldest();
