@@ -20,6 +20,38 @@ double Median(std::vector<float> values) {
   return static_cast<double>(*middle);
 }
 
+/// Where the search for things near begins: so many baselines away, but not farther than that [m].
+constexpr double kFirstBaselines = 3.0, kFirstNearest = 1.5;
+/// Nearer than that, in parts of the distance before, as long as this part of what was found crowds
+/// where the search ended: there is something nearer still, and it was taken for something else.
+constexpr double kNearer = 0.8, kCrowded = 0.02, kCrowdsWithin = 1.05;
+constexpr int kMostSearches = 5;
+
+bool CrowdsAt(double nearest_m, const vision::RangeImage& ranges) {
+  std::size_t known = 0, crowding = 0;
+  for (const float range_m : ranges.range_m) {
+    if (std::isnan(range_m)) continue;
+    ++known;
+    if (static_cast<double>(range_m) < kCrowdsWithin * nearest_m) ++crowding;
+  }
+  return static_cast<double>(crowding) > kCrowded * static_cast<double>(known);
+}
+
+core::Expected<void> Match(const DepthOptions& options, const vision::StereoView& a,
+                           const vision::StereoView& b, const vision::StepDoubt& doubt,
+                           vision::RangeImage& ranges) {
+  StereoOptions stereo = options.stereo;
+  if (!options.find_nearest) return StereoMatcher(stereo).Match(a, b, ranges, doubt);
+  const double baseline_m =
+      (b.map_from_camera.translation() - a.map_from_camera.translation()).norm();
+  stereo.nearest_m = std::min(kFirstNearest, kFirstBaselines * baseline_m);
+  for (int search = 1;; ++search) {
+    if (auto done = StereoMatcher(stereo).Match(a, b, ranges, doubt); !done) return done;
+    if (search == kMostSearches || !CrowdsAt(stereo.nearest_m, ranges)) return {};
+    stereo.nearest_m *= kNearer;
+  }
+}
+
 /// "frames/00007.jpg", as a shell completes it, is the end of the picture's path.
 bool EndsWith(const fs::path& file, const fs::path& name) {
   auto part = file.end();
@@ -57,7 +89,10 @@ core::Expected<const survey::SurveyFrame*> FindFrame(const survey::Survey& surve
   }
   if (found != nullptr) return found;
   std::string names = survey::FullNameOf(survey, survey.frames.front());
-  if (survey.frames.size() > 1) names += " ... " + survey::FullNameOf(survey, survey.frames.back());
+  if (survey.frames.size() > 1) {
+    names += " ... ";
+    names += survey::FullNameOf(survey, survey.frames.back());
+  }
   return core::Fail(core::ErrorCode::kNotFound,
                     "no frame '" + name + "' with a pose in the survey; there are " +
                         std::to_string(survey.frames.size()) + ": " + names);
@@ -100,10 +135,9 @@ core::Expected<DepthResult> RunDepthOnly(const DepthOptions& options) {
   result.step_change_rad = poses.step_change_rad;
   result.warning = Unheeded(survey->cameras[static_cast<std::size_t>((*frame_a)->camera)]);
   if (result.warning.empty()) result.warning = poses.warning;
-  StereoMatcher matcher(options.stereo);
   vision::RangeImage ranges;
   const auto start = std::chrono::steady_clock::now();
-  const auto done = matcher.Match(a, b, ranges, poses.doubt);
+  const auto done = Match(options, a, b, poses.doubt, ranges);
   if (!done) return tl::unexpected(done.error());
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 

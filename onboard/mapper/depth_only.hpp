@@ -15,6 +15,8 @@ struct DepthOptions {
   std::string frame_a, frame_b;
   std::filesystem::path out = ".";
   StereoOptions stereo;
+  bool find_nearest =
+      true;            ///< of stereo.nearest_m nothing is taken: as near as there is something
   bool refine = true;  ///< poses on the pictures about the two; false: as the survey says
 };
 

@@ -311,8 +311,10 @@ int main(int argc, char** argv) {
                  "file for a page of HTML about the model: figures, distance images, views, and "
                  "the accuracy where the survey has true ranges (range/)")
       ->type_name("FILE");
-  app.add_option("--nearest", depth.stereo.nearest_m, "nothing nearer is looked for [m]")
-      ->capture_default_str()
+  std::optional<double> nearest_m;
+  app.add_option("--nearest", nearest_m,
+                 "nothing nearer is looked for [m]; 1.5, and with --depth-only as near as there is "
+                 "something")
       ->check(CLI::Range(0.05, 100.0));
   std::string method = "fast";
   app.add_option("--method", method,
@@ -387,6 +389,8 @@ int main(int argc, char** argv) {
   if (method == "paper" && depth.stereo.px_per_rad > 0.0) {
     return Fail("--px-per-rad is of the fast method: the paper's searches the picture itself", 2);
   }
+  depth.find_nearest = !nearest_m;
+  if (nearest_m) depth.stereo.nearest_m = *nearest_m;
   if (pole_cap_deg) depth.stereo.pole_cap_rad = *pole_cap_deg * kawara::core::kRadFromDeg;
   if (!frames.empty()) {
     depth.frame_a = frames[0];

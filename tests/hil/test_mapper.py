@@ -96,6 +96,33 @@ class MapperTest(unittest.TestCase):
         self.assertGreater(sure.sum(), 1000)
         self.assertLess(np.median(np.abs(ranges - truth)[sure] / truth[sure]), 0.05)
 
+    def test_what_is_near_is_looked_for_by_itself(self):
+        # A camera that sees the ground below, 1.2 m away, nearer than three baselines.
+        camera = self.folder / "whole.yaml"
+        camera.write_text("camera: equirectangular\nequirectangular: {width_px: 960, height_px: 480}\n")
+        survey = self.folder / "near"
+        subprocess.run([BIN / "kawara-sim", "--render", survey, "--camera", camera, "--every", "0.5", "--start", "20", "--duration", "1",
+                        "--pose-noise", "0", "--attitude-noise", "0", "--light-cell", "5", "--light-cache", "", "--no-body"],
+                       check=True, capture_output=True, timeout=300)
+        truth = np.asarray(Image.open(survey / "range" / "00001.png")).astype(float) / 1000
+        near = (truth > 1.0) & (truth < 2.0)
+        self.assertGreater(near.sum(), 50000)
+
+        def judge(*words):
+            out = self.folder / "near_out"
+            run = mapper(survey, "--depth-only", "00001", "00002", "--given-poses", "--out", out, *words)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            found = read_pfm(out / "00001_00002.range.pfm")[near]
+            known = np.isfinite(found)
+            return known.mean(), (np.abs(found - truth[near])[known] > 0.1 * truth[near][known]).mean()
+
+        known, wrong = judge()
+        self.assertGreater(known, 0.7)
+        self.assertLess(wrong, 0.02)
+        known_beyond, wrong_beyond = judge("--nearest", "1.5")
+        self.assertLess(known_beyond, known)
+        self.assertGreater(wrong_beyond, wrong)
+
     def test_poses_with_noise_are_refined_on_the_pictures(self):
         noisy = self.folder / "noisy"
         shutil.copytree(self.survey, noisy)

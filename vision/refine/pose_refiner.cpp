@@ -36,7 +36,7 @@ RigInformation InformationOf(const Eigen::Vector4d& sd) {
 
 }  // namespace
 
-PoseRefiner::PoseRefiner(const PoseRefinerOptions& options, std::vector<RigCamera> rig)
+PoseRefiner::PoseRefiner(const PoseRefinerOptions& options, const std::vector<RigCamera>& rig)
     : options_(options) {
   for (const RigCamera& camera : rig) {
     cameras_.push_back({camera, CornerTracker(options.corners), {}, 0, 0});

@@ -54,7 +54,7 @@ struct PriorPose {
 /// One thread at a time.
 class PoseRefiner {
  public:
-  PoseRefiner(const PoseRefinerOptions& options, std::vector<RigCamera> rig);
+  PoseRefiner(const PoseRefinerOptions& options, const std::vector<RigCamera>& rig);
 
   /// One frame with the pictures taken then. kInvalidArgument: not from another place than the
   /// frame before; then it was not taken in.

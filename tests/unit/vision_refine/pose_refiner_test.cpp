@@ -101,7 +101,9 @@ StereoLab::Frame WithBody(StereoLab::Frame frame) {
     for (int u = 0; u < frame.width_px; ++u) {
       if (std::hypot(u - middle, v - middle) < 0.37 * frame.width_px) continue;
       const std::uint8_t level = (u / 9 + v / 9) % 2 == 0 ? 210 : 60;
-      const auto pixel = static_cast<std::size_t>(v * frame.width_px + u) * 3;
+      const auto pixel = (static_cast<std::size_t>(v) * static_cast<std::size_t>(frame.width_px) +
+                          static_cast<std::size_t>(u)) *
+                         3;
       for (std::size_t c = 0; c < 3; ++c) frame.rgb[pixel + c] = level;
     }
   }
@@ -172,7 +174,9 @@ std::size_t CountGood(const Drive& drive, const std::vector<TrackedCorner>& corn
     const auto u = static_cast<int>(std::lround(pixel->x())),
                v = static_cast<int>(std::lround(pixel->y()));
     const double range = static_cast<double>(
-        drive.frames[0].range_m[static_cast<std::size_t>(v * drive.frames[0].width_px + u)]);
+        drive.frames[0].range_m[static_cast<std::size_t>(v) *
+                                    static_cast<std::size_t>(drive.frames[0].width_px) +
+                                static_cast<std::size_t>(u)]);
     const Eigen::Vector3d expected = (step * (range * corner.ray_a)).normalized();
     good += expected.cross(corner.ray_b).norm() * px_per_rad < 1.0 ? 1U : 0U;
   }
